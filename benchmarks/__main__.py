@@ -1,0 +1,5 @@
+"""`python -m benchmarks`: all benchmarks, one after the other."""
+
+from benchmarks.stepping import main
+
+main()

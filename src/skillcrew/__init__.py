@@ -1,0 +1,38 @@
+"""skillcrew: team coordination under sparse rewards, by evolution, learned skills and credit assignment."""
+
+from skillcrew.algorithms.madys import MADyS, MADySConfig
+from skillcrew.algorithms.registry import make_algorithm
+from skillcrew.envs.environment import Environment, TimeStep
+from skillcrew.envs.presets import make
+from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.errors import UserError
+from skillcrew.evolution.genetic import EvolutionConfig
+from skillcrew.evolution.mutation import MutationConfig
+from skillcrew.experiment.run import Evaluation, Run, train
+from skillcrew.experiment.runner import Interrupted
+from skillcrew.learners.plateau import PlateauConfig
+from skillcrew.learners.td3 import TD3, TD3Config
+from skillcrew.policies.network import NetworkConfig
+from skillcrew.policies.team import Team
+
+__all__ = [
+    "TD3",
+    "Environment",
+    "Evaluation",
+    "EvolutionConfig",
+    "Interrupted",
+    "MADyS",
+    "MADySConfig",
+    "MutationConfig",
+    "NetworkConfig",
+    "PlateauConfig",
+    "RoverConfig",
+    "Run",
+    "TD3Config",
+    "Team",
+    "TimeStep",
+    "UserError",
+    "make",
+    "make_algorithm",
+    "train",
+]

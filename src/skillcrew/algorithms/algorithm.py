@@ -1,0 +1,44 @@
+"""What every algorithm offers, whatever it evolves and whatever it learns by gradient."""
+
+from typing import Any, Protocol
+
+from jaxtyping import Array, Key, PyTree
+
+from skillcrew.envs.environment import Environment
+from skillcrew.policies.team import Team
+
+
+class Algorithm(Protocol):
+    """`init(key) -> state`, `step(state) -> (state, metrics)`, `team(state) -> Team`; all pure.
+
+    Seeds are a leading axis made by `jax.vmap` around all three.
+    """
+
+    name: str
+    env: Environment
+    config: Any
+    """A frozen dataclass; its fields are the algorithm's options."""
+
+    def init(self, key: Key[Array, ""]) -> PyTree:
+        """The state before the first generation: all that is needed to go on, keys included."""
+        ...
+
+    def step(self, state: PyTree) -> tuple[PyTree, dict[str, Array]]:
+        """One generation.
+
+        Metrics are scalars, and hold at least `environment_steps` (cumulative), `fitness_best`
+        and `fitness_mean`.
+        """
+        ...
+
+    def team(self, state: PyTree) -> Team:
+        """The champion, as it stands."""
+        ...
+
+    def choices(self) -> tuple[str, ...]:
+        """Names of what a team chooses among, in the order of the choice index."""
+        ...
+
+    def transient_bytes(self) -> int:
+        """Estimate of the memory that `step` needs beside the state, for one seed."""
+        ...

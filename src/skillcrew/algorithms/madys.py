@@ -1,0 +1,252 @@
+"""MADyS: Multiagent Learning via Dynamic Skill Selection (thesis, chapter 3, Algorithm 1).
+
+An evolutionary algorithm searches over teams of selectors for the sparse team reward; at every
+step each agent's selector picks one of K skills; each skill is trained by TD3 on its own dense
+local reward, from the one buffer that the evolving teams fill. Team reward: evolution only.
+Local rewards: gradients only.
+"""
+
+import dataclasses
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, Key
+
+from skillcrew.algorithms.skill_learning import train_skills
+from skillcrew.envs.environment import Environment
+from skillcrew.errors import UserError, unknown_name
+from skillcrew.evolution.genetic import EvolutionConfig, GeneticState, next_generation
+from skillcrew.learners.plateau import Plateau, PlateauConfig, mean_return
+from skillcrew.learners.td3 import TD3, TD3Config, TD3State
+from skillcrew.policies.network import NetworkConfig
+from skillcrew.policies.population import GenomeCodec
+from skillcrew.policies.selector import Selector
+from skillcrew.policies.team import FixedChoiceTeam, SkillTeam
+from skillcrew.replay import ReplayBuffer, transitions_of
+from skillcrew.rollout import Start, Trajectories, rollout, side_by_side, stacked_policy
+
+
+@dataclasses.dataclass(frozen=True)
+class MADySConfig:
+    """Options of MADyS."""
+
+    population: int = 40
+    """Teams of selectors (M)."""
+    episodes: int = 10
+    """Evaluation episodes per team and generation (num_envs); all teams meet the same ones."""
+    probe_episodes: int = 2
+    """Episodes per skill and generation in which all agents use that skill alone: they measure
+    its return R_k. They count as environment steps and enter the buffer like all others."""
+    updates: int = 100
+    """Critic updates per skill and generation; a multiple of learner.policy_delay."""
+    exploration_noise: float = 0.1
+    """Standard deviation of the noise on primitive actions while teams are evaluated."""
+    buffer_capacity: int = 300_000
+    """Transitions that the shared buffer holds; a transition is of one agent."""
+    skills: tuple[str, ...] | None = None
+    """Skills to choose among, by name. Default: all that the environment has."""
+    selector: NetworkConfig = dataclasses.field(default_factory=NetworkConfig)
+    """The selectors' network."""
+    evolution: EvolutionConfig = dataclasses.field(default_factory=EvolutionConfig)
+    """How teams of selectors evolve."""
+    learner: TD3Config = dataclasses.field(default_factory=lambda: TD3Config(saturation_penalty=0.01))
+    """How skills learn. Without the saturation penalty about every third "go to" skill turns in
+    circles for a million steps: the extremes of the turn are one and the same heading."""
+    plateau: PlateauConfig = dataclasses.field(default_factory=PlateauConfig)
+    """When a skill stops learning."""
+
+    def __post_init__(self) -> None:
+        for field in ("population", "episodes", "probe_episodes", "updates", "buffer_capacity"):
+            if getattr(self, field) < 1:
+                raise UserError(f"{field} = {getattr(self, field)}: give at least 1")
+        if self.exploration_noise < 0:
+            raise UserError(f"exploration_noise = {self.exploration_noise}: give a number of at least 0")
+        if self.updates % self.learner.policy_delay:
+            raise UserError(
+                f"updates = {self.updates}: give a multiple of learner.policy_delay = "
+                f"{self.learner.policy_delay}"
+            )
+        if self.probe_episodes > self.episodes:
+            raise UserError(
+                f"probe_episodes = {self.probe_episodes}: above episodes = {self.episodes}, of which they "
+                "are the first; lower probe_episodes or raise episodes"
+            )
+        self.evolution.check_population(self.population)
+
+
+class MADySState(eqx.Module):
+    """All that goes from one generation to the next."""
+
+    key: Key[Array, ""]
+    evolution: GeneticState
+    learners: TD3State
+    """Leaves have a leading skill axis."""
+    plateau: Plateau
+    experience: Any
+    """The shared buffer's contents."""
+    generation: Int[Array, ""]
+    environment_steps: Int[Array, ""]
+
+
+class MADyS:
+    """Teams of selectors evolve on the team reward; shared skills learn by TD3 on local rewards.
+
+    `MADyS(env, population=60)` overrides fields of `MADySConfig`.
+
+    Raises:
+        UserError: an unknown field or skill, or a value that a field refuses.
+    """
+
+    name = "madys"
+    config_class = MADySConfig
+
+    def __init__(self, env: Environment, config: MADySConfig | None = None, **overrides: Any):
+        fields = [field.name for field in dataclasses.fields(MADySConfig)]
+        for field in overrides:
+            if field not in fields:
+                raise unknown_name("field of madys", field, fields)
+        self.env = env
+        self.config = dataclasses.replace(config or MADySConfig(), **overrides)
+        self._skill_indices = self._find_skills()
+        self._codec = GenomeCodec(self._create_selector, env.n_agents)
+        self._learner = TD3(self.config.learner, env.observation_size, env.action_size)
+        self._buffer = ReplayBuffer(
+            self.config.buffer_capacity, env.observation_size, env.action_size, len(self._skill_indices)
+        )
+        if self._transitions_per_generation() > self.config.buffer_capacity:
+            raise UserError(
+                f"buffer_capacity = {self.config.buffer_capacity}: smaller than the "
+                f"{self._transitions_per_generation()} transitions of one generation; raise it"
+            )
+
+    def choices(self) -> tuple[str, ...]:
+        return tuple(self.env.skills[index] for index in self._skill_indices)
+
+    def init(self, key: Key[Array, ""]) -> MADySState:
+        """Lines 1 to 4: random teams, random skills, an empty buffer."""
+        key_teams, key_skills, key = jax.random.split(key, 3)
+        n_skills = len(self._skill_indices)
+        return MADySState(
+            key=key,
+            evolution=GeneticState.create(self._codec.create(key_teams, self.config.population)),
+            learners=jax.vmap(self._learner.init)(jax.random.split(key_skills, n_skills)),
+            plateau=Plateau.create(n_skills),
+            experience=self._buffer.init(),
+            generation=jnp.zeros((), jnp.int32),
+            environment_steps=jnp.zeros((), jnp.int32),
+        )
+
+    def step(self, state: MADySState) -> tuple[MADySState, dict[str, Array]]:
+        """One generation: the body of Algorithm 1."""
+        key, key_start, key_rollout, key_evolution, key_skills = jax.random.split(state.key, 5)
+
+        # Lines 6 to 9: every team lives the same fresh episodes; its fitness is its mean team return.
+        start = Start.draw(self.env, key_start, self.config.episodes)
+        lived = self._rollout(state, start, key_rollout)
+        evaluations = self.config.population * self.config.episodes
+        fitness = lived.team_return()[:evaluations].reshape(self.config.population, -1).mean(1)
+        experience = self._buffer.add(state.experience, *transitions_of(lived))
+
+        # Lines 10 to 15: rank, elites, tournament, crossover, mutation.
+        evolution = next_generation(key_evolution, state.evolution, fitness, self.config.evolution)
+
+        # Lines 16 to 22: each skill learns on its local reward, unless its return stopped improving.
+        generation = state.generation + 1
+        returns = self._skill_returns(lived.worlds(slice(evaluations, None)))
+        plateau = state.plateau.observe(returns, generation, self.config.plateau)
+        learners, losses = train_skills(
+            key_skills,
+            self._learner,
+            state.learners,
+            plateau.stopped,
+            self._buffer,
+            experience,
+            self.config.updates,
+        )
+        state = MADySState(
+            key,
+            evolution,
+            learners,
+            plateau,
+            experience,
+            generation,
+            state.environment_steps + lived.steps_lived(),
+        )
+        return state, self._metrics(state, fitness, returns, losses)
+
+    def team(self, state: MADySState) -> SkillTeam:
+        """The individual of highest lineage-averaged fitness, with the skills as they are now."""
+        return SkillTeam(self._codec.decode(state.evolution.champion()), state.learners.actor)
+
+    def transient_bytes(self) -> int:
+        """Trajectories, their transitions as rows, and one more copy while both are made."""
+        return 3 * 4 * self._transitions_per_generation() * self._buffer.width
+
+    def _rollout(self, state: MADySState, start: Start, key: Key[Array, ""]) -> Trajectories:
+        """Algorithm 2 for all teams at once and, in the worlds after theirs, each skill on its own."""
+        config, n_skills, skills = self.config, len(self._skill_indices), state.learners.actor
+        selectors = jax.vmap(self._codec.decode)(state.evolution.genomes)
+        of_teams = stacked_policy(lambda chosen: SkillTeam(chosen, skills), selectors, config.population)
+        of_probes = stacked_policy(
+            lambda skill: FixedChoiceTeam(skill, skills, self.env.n_agents),
+            jnp.arange(n_skills, dtype=jnp.int32),
+            n_skills,
+        )
+        policy = side_by_side(of_teams, of_probes, config.population * config.episodes)
+        worlds = start.repeat(config.population).join(start.first(config.probe_episodes).repeat(n_skills))
+        lived = rollout(self.env, policy, ((), ()), worlds, key, config.exploration_noise)
+        if self._skill_indices == tuple(range(len(self.env.skills))):
+            return lived
+        return dataclasses.replace(
+            lived, local_rewards=lived.local_rewards[..., jnp.asarray(self._skill_indices)]
+        )
+
+    def _skill_returns(self, probes: Trajectories) -> Float[Array, " skills"]:
+        """R_k of each skill, over its own probe episodes and all agents."""
+        n_skills = len(self._skill_indices)
+
+        def of_skill(skill, rewards, lived):
+            lived = jnp.broadcast_to(lived[..., None], rewards.shape[:-1])
+            return mean_return(rewards[..., skill], lived, self.config.learner.discount)
+
+        by_skill = jax.tree.map(
+            lambda leaf: leaf.reshape(leaf.shape[0], n_skills, -1, *leaf.shape[2:]),
+            (probes.local_rewards, probes.lived),
+        )
+        return jax.vmap(of_skill, in_axes=(0, 1, 1))(jnp.arange(n_skills), *by_skill)
+
+    def _metrics(
+        self, state: MADySState, fitness: Array, returns: Array, losses: dict[str, Array]
+    ) -> dict[str, Array]:
+        metrics = {
+            "environment_steps": state.environment_steps,
+            "fitness_best": fitness.max(),
+            "fitness_mean": fitness.mean(),
+            "champion_fitness": state.evolution.lineage.mean[0],
+            "transitions_held": self._buffer.size(state.experience),
+        }
+        for index, name in enumerate(self.choices()):
+            metrics[f"return_{name}"] = returns[index]
+            metrics[f"stopped_at_{name}"] = state.plateau.stopped_at[index]
+            for loss, values in losses.items():
+                metrics[f"{loss}_{name}"] = values[index]
+        return metrics
+
+    def _create_selector(self, key: Key[Array, ""]) -> Selector:
+        return Selector.create(key, self.env.observation_size, len(self._skill_indices), self.config.selector)
+
+    def _find_skills(self) -> tuple[int, ...]:
+        names = self.config.skills if self.config.skills is not None else self.env.skills
+        if not names:
+            raise UserError("skills = (): give at least one of " + ", ".join(self.env.skills))
+        for name in names:
+            if name not in self.env.skills:
+                raise unknown_name(f"skill of {self.env.name}", name, self.env.skills)
+        return tuple(self.env.skills.index(name) for name in names)
+
+    def _transitions_per_generation(self) -> int:
+        config = self.config
+        worlds = config.population * config.episodes + len(self._skill_indices) * config.probe_episodes
+        return worlds * self.env.episode_length * self.env.n_agents

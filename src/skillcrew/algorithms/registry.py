@@ -1,0 +1,27 @@
+"""The algorithms by the names that the command line uses."""
+
+from typing import Any
+
+from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.algorithms.madys import MADyS
+from skillcrew.envs.environment import Environment
+from skillcrew.errors import unknown_name
+
+ALGORITHMS: dict[str, Any] = {MADyS.name: MADyS}
+"""Each class has `name`, `config_class`, and is made from an environment and a configuration."""
+
+
+def algorithm_class(name: str) -> Any:
+    """The algorithm called `name`.
+
+    Raises:
+        UserError: no algorithm of that name; the message lists the valid ones, nearest first.
+    """
+    if name not in ALGORITHMS:
+        raise unknown_name("algorithm", name, ALGORITHMS)
+    return ALGORITHMS[name]
+
+
+def make_algorithm(name: str, env: Environment, config: Any = None) -> Algorithm:
+    """Makes an algorithm for an environment; `config` defaults to the measured values."""
+    return algorithm_class(name)(env, config)

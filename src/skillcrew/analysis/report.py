@@ -1,0 +1,49 @@
+"""The report of a run: its learning curve, and who chose which skill when."""
+
+from pathlib import Path
+
+import numpy as np
+
+from skillcrew.analysis.figures import Curve, learning_curves, save, skill_distribution
+from skillcrew.analysis.statistics import mean_band
+from skillcrew.errors import UserError
+from skillcrew.experiment.metrics import Columns
+from skillcrew.experiment.run import Evaluation, Run
+
+SMOOTHING = 5
+"""Generations that the mean curve averages over; single seeds are drawn as they are."""
+
+
+def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -> list[Path]:
+    """Draws the learning curve over all seeds and each seed's chosen skills, as PNG and PDF.
+
+    The chosen skills are those that the champions really chose in the episodes of `evaluation`.
+
+    Returns:
+        The files written, the learning curve first.
+    """
+    folder = folder or run.folder.report
+    title = f"{run.algorithm.name} on {run.algorithm.env.name}"
+    written = save(learning_curves([learning_curve(run)], title), folder / "learning_curve")
+    for seed, choices, rate in zip(evaluation.seeds, evaluation.choices, evaluation.per_seed, strict=True):
+        heading = f"{title}, seed {seed}: {rate.mean:.1%} of {evaluation.episodes} episodes solved"
+        figure = skill_distribution(choices, run.algorithm.choices(), heading)
+        written += save(figure, folder / f"chosen_skills_seed_{seed}")
+    return written
+
+
+def learning_curve(run: Run, label: str | None = None) -> Curve:
+    """The champion's score on fresh episodes over environment steps, per seed and as a mean with its band."""
+    columns = run.metrics()
+    per_seed = [_within_budget(columns, seed, run.config.steps) for seed in run.config.seeds]
+    steps, values = [s for s, _ in per_seed], [v for _, v in per_seed]
+    if min(len(s) for s in steps) == 0:
+        raise UserError(
+            f"{run.folder.metrics}: a seed has no generation yet; train longer before drawing a curve"
+        )
+    return Curve(label or run.algorithm.name, mean_band(steps, values, window=SMOOTHING), per_seed)
+
+
+def _within_budget(columns: Columns, seed: int, budget: int) -> tuple[np.ndarray, np.ndarray]:
+    rows = (columns["seed"] == seed) & (columns["environment_steps"] <= budget)
+    return columns["environment_steps"][rows], columns["success_rate"][rows]

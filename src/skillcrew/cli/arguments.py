@@ -1,0 +1,74 @@
+"""How values are written on the command line: counts, seeds, parent graphs."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+from skillcrew.errors import UserError
+
+
+class Seeds(tuple[int, ...]):
+    """Seeds as the command line writes them."""
+
+
+def parse_count(text: str) -> int:
+    """A whole number, also as `4e6` or `1_000`.
+
+    Raises:
+        UserError: no whole number.
+    """
+    try:
+        number = float(text)
+        if number != int(number):
+            raise ValueError
+    except (ValueError, OverflowError):
+        raise UserError(f"'{text}': give a whole number, such as 500000 or 5e5") from None
+    return int(number)
+
+
+def parse_seeds(text: str) -> Seeds:
+    """`5` (the five seeds 0 to 4), `2000..2004` or `1,5,9`.
+
+    Raises:
+        UserError: none of these.
+    """
+    if re.fullmatch(r"\d+", text):
+        count = int(text)
+        if count < 1:
+            raise UserError("--seeds 0: give at least one seed")
+        return Seeds(range(count))
+    if match := re.fullmatch(r"(\d+)\.\.(\d+)", text):
+        first, last = int(match[1]), int(match[2])
+        if last < first:
+            raise UserError(f"--seeds {text}: the last seed is below the first")
+        return Seeds(range(first, last + 1))
+    if re.fullmatch(r"\d+(,\d+)+,?|\d+,", text):
+        return Seeds(int(part) for part in text.split(",") if part)
+    raise UserError(f"--seeds {text}: give a count (5), a range (2000..2004) or a list (1,5,9)")
+
+
+def parse_parents(text: str) -> dict[str, tuple[str, ...]] | None:
+    """`B:A,C:A+B` for "B after A, and C after A and B"; `none` for no order at all.
+
+    Raises:
+        UserError: not of that form.
+    """
+    if text == "default":
+        return None
+    if text == "none":
+        return {}
+    graph = {}
+    for part in text.split(","):
+        match = re.fullmatch(r"(\w+):(\w+(?:\+\w+)*)", part.strip())
+        if match is None:
+            raise UserError(
+                f"'{part}' in parents: write TYPE:PARENT or TYPE:PARENT+PARENT, such as B:A,C:A+B"
+            )
+        graph[match[1]] = tuple(match[2].split("+"))
+    return graph
+
+
+def format_parents(graph: Mapping[str, Sequence[str]] | None) -> str:
+    """The inverse of `parse_parents`."""
+    if graph is None:
+        return "default"
+    return ",".join(f"{name}:{'+'.join(above)}" for name, above in graph.items() if above) or "none"

@@ -1,0 +1,38 @@
+"""`skillcrew evaluate RUN`."""
+
+import dataclasses
+
+from skillcrew.cli.options import parse_options
+from skillcrew.cli.present import describe_evaluation, evaluation_as_json, take_places
+from skillcrew.experiment.run import Run
+
+USAGE = (
+    "usage: skillcrew evaluate RUN [OPTIONS]\n\n"
+    "RUN  the folder of a run\n\n"
+    "Plays each seed's champion on fresh episodes that no selection ever saw, without exploration noise."
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class EvaluateOptions:
+    """Options of `skillcrew evaluate`."""
+
+    episodes: int = 1000
+    """Episodes per seed."""
+    checkpoint: int | None = None
+    """Generation whose champions are scored. Default: the latest checkpoint."""
+    json: bool = False
+    """Print one JSON object and nothing else."""
+
+
+def run(words: list[str]) -> int:
+    """Prints each seed's success rate and the mean over seeds, with 95 % intervals."""
+    places = take_places(words, ("RUN",), USAGE)
+    if places is None:
+        return 0
+    options = parse_options(
+        EvaluateOptions, words[1:], EvaluateOptions(), f"skillcrew evaluate {words[0]}", USAGE
+    )
+    evaluation = Run(places[0], checkpoint=options.checkpoint).evaluate(options.episodes)
+    print(evaluation_as_json(evaluation, run=places[0]) if options.json else describe_evaluation(evaluation))
+    return 0

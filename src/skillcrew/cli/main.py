@@ -1,0 +1,58 @@
+"""The `skillcrew` command: finds the subcommand, and turns a user's mistake into one line."""
+
+import importlib
+import os
+import sys
+
+from skillcrew.errors import UserError, unknown_name
+
+COMMANDS = {
+    "train": "train an algorithm in an environment, then write a report",
+    "resume": "go on with a run after an interruption, or beyond its budget",
+    "evaluate": "score a run's champions on fresh episodes",
+    "report": "draw a run's learning curve and chosen skills",
+    "list": "algorithms, environments, skills and their options",
+}
+
+USER_MISTAKE = 2
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Entry point; exits 0 when done, 2 on a user's mistake, 130 if interrupted after saving."""
+    sys.exit(run_command(sys.argv[1:]))
+
+
+def run_command(words: list[str]) -> int:
+    """Runs one command line and returns its exit code."""
+    if not words or words[0] in ("-h", "--help"):
+        print(usage())
+        return 0 if words else USER_MISTAKE
+    try:
+        if words[0] not in COMMANDS:
+            raise unknown_name("command", words[0], COMMANDS)
+        # Imported only now, so that a misspelt command does not wait for JAX.
+        return importlib.import_module(f"skillcrew.cli.{words[0]}").run(words[1:])
+    except UserError as error:
+        print(f"skillcrew: {error}", file=sys.stderr)
+        return USER_MISTAKE
+    except KeyboardInterrupt:
+        print("skillcrew: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader of our output, such as `head`, has gone; nothing is left to say to it.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def usage() -> str:
+    """What `skillcrew --help` prints."""
+    lines = ["usage: skillcrew COMMAND [--help] ...", "", "Teams of agents that learn to coordinate.", ""]
+    lines += [f"  {name:<10} {about}" for name, about in COMMANDS.items()]
+    lines += [
+        "",
+        "For example:",
+        "  skillcrew train madys rover-t2-c1 --seeds 5 --steps 2e6",
+        "  skillcrew evaluate runs/madys-rover-t2-c1 --episodes 1000",
+    ]
+    return "\n".join(lines)

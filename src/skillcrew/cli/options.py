@@ -1,0 +1,84 @@
+"""Dataclasses to command line options, by tyro."""
+
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
+
+import tyro
+from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
+
+from skillcrew.cli.arguments import Seeds, format_parents, parse_count, parse_parents, parse_seeds
+from skillcrew.errors import UserError, nearest_first
+
+Options = TypeVar("Options")
+
+registry = ConstructorRegistry()
+
+
+def parse_options(
+    kind: type[Options], words: Sequence[str], default: Any, program: str, about: str
+) -> Options:
+    """Parses the words after a command into a dataclass.
+
+    Args:
+        default: an instance, whose values are the defaults that `--help` shows.
+
+    Raises:
+        UserError: an unknown option, or a value that a dataclass refuses.
+        SystemExit: after `--help`, or with code 2 where a value is of the wrong type.
+    """
+    _refuse_unknown(kind, words, program)
+    with registry:
+        return tyro.cli(kind, args=list(words), default=default, prog=program, description=about)
+
+
+def _refuse_unknown(kind: type, words: Sequence[str], program: str) -> None:
+    valid = {"--help", *_option_names(kind)}
+    for word in words:
+        name = word.split("=")[0].replace("_", "-")
+        if word.startswith("--") and name not in valid:
+            near = ", ".join(nearest_first(name, sorted(valid))[:5])
+            raise UserError(f"unknown option {name}; nearest: {near} (`{program} --help` lists all)")
+
+
+def _option_names(kind: Any, prefix: str = "") -> Iterator[str]:
+    for field in dataclasses.fields(kind):
+        name = prefix + field.name.replace("_", "-")
+        if dataclasses.is_dataclass(field.type) and isinstance(field.type, type):
+            yield from _option_names(field.type, f"{name}.")
+        else:
+            yield f"--{name}"
+            if field.type is bool:
+                parent, _, last = name.rpartition(".")
+                yield f"--{parent}.no-{last}" if parent else f"--no-{last}"
+
+
+def _rule(applies: Callable[[Any], bool], metavar: str, parse: Callable, show: Callable) -> None:
+    """Teaches tyro to read one type from a single word."""
+
+    @registry.primitive_rule
+    def rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+        if not applies(info.type):
+            return None
+        return PrimitiveConstructorSpec(
+            nargs=1,
+            metavar=metavar,
+            instance_from_str=lambda words: parse(words[0]),
+            is_instance=lambda value: True,
+            str_from_instance=lambda value: [show(value)],
+        )
+
+
+_rule(lambda kind: kind is int, "INT", parse_count, str)
+_rule(
+    lambda kind: kind is Seeds,
+    "COUNT|FIRST..LAST|A,B,C",
+    parse_seeds,
+    lambda seeds: ",".join(map(str, seeds)),
+)
+_rule(
+    lambda kind: kind == Mapping[str, tuple[str, ...]],
+    "B:A,C:A+B|none|default",
+    parse_parents,
+    format_parents,
+)

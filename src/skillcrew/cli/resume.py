@@ -1,0 +1,48 @@
+"""`skillcrew resume RUN`."""
+
+import dataclasses
+import sys
+
+from skillcrew.cli.options import parse_options
+from skillcrew.cli.present import take_places
+from skillcrew.cli.train import conclude
+from skillcrew.experiment.progress import make_reporter
+from skillcrew.experiment.run import Run
+from skillcrew.experiment.runner import Interrupted
+
+USAGE = (
+    "usage: skillcrew resume RUN [OPTIONS]\n\n"
+    "RUN  the folder of a run that was interrupted, or one to train beyond its budget (--steps)\n\n"
+    "Goes on from the latest checkpoint and ends in the same bits as if it had never been interrupted."
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class ResumeOptions:
+    """Options of `skillcrew resume`."""
+
+    steps: int | None = None
+    """A larger budget of environment steps per seed. Default: the run's own."""
+    checkpoint: int | None = None
+    """Generation to go on from. Default: the latest checkpoint."""
+    report_episodes: int = 1000
+    """Fresh episodes of the final score and of the report."""
+
+
+def run(words: list[str]) -> int:
+    """Resumes, then writes and announces the report; 130 if interrupted again."""
+    places = take_places(words, ("RUN",), USAGE)
+    if places is None:
+        return 0
+    options = parse_options(ResumeOptions, words[1:], ResumeOptions(), f"skillcrew resume {words[0]}", USAGE)
+    unfinished = Run(places[0], checkpoint=options.checkpoint)
+    reporter = make_reporter(options.steps or unfinished.config.steps, unfinished.config.seeds)
+    try:
+        finished = unfinished.resume(options.steps, reporter)
+    except Interrupted:
+        reporter.close()
+        print(f"Interrupted and saved. `skillcrew resume {places[0]}` goes on.", file=sys.stderr)
+        return 130
+    finally:
+        reporter.close()
+    return conclude(finished, options.report_episodes)

@@ -1,0 +1,133 @@
+"""`skillcrew train ALGORITHM ENVIRONMENT`."""
+
+import dataclasses
+import sys
+from pathlib import Path
+from typing import Any
+
+from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
+from skillcrew.analysis.report import write_report
+from skillcrew.cli.arguments import Seeds
+from skillcrew.cli.options import parse_options
+from skillcrew.cli.present import describe_evaluation, take_places
+from skillcrew.envs.presets import PRESETS, make, preset
+from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.errors import UserError
+from skillcrew.experiment.config import RunConfig, from_yaml
+from skillcrew.experiment.progress import make_reporter
+from skillcrew.experiment.run import Run, free_folder, train
+from skillcrew.experiment.runner import Interrupted
+
+DEFAULTS = RunConfig()
+DEFAULT_SEEDS = Seeds(DEFAULTS.seeds)
+
+
+@dataclasses.dataclass(frozen=True)
+class RunOptions:
+    """Options of the run."""
+
+    seeds: Seeds = DEFAULT_SEEDS
+    """How many runs (5: seeds 0 to 4), or which (2000..2004, or 1,5,9); all in one program."""
+    steps: int = DEFAULTS.steps
+    """Environment steps per seed, such as 4e6."""
+    out: Path | None = None
+    """The run's folder. Default: runs/ALGORITHM-ENVIRONMENT, numbered if it exists."""
+    score_episodes: int = DEFAULTS.score_episodes
+    """Fresh episodes on which each generation's champion is scored; they do not count as steps."""
+    report_episodes: int = 1000
+    """Fresh episodes of the final score and of the report."""
+    generations_per_report: int = DEFAULTS.generations_per_report
+    """Generations between two lines of progress."""
+    checkpoint_seconds: float = DEFAULTS.checkpoint_seconds
+    """Time between checkpoints."""
+    keep: int = DEFAULTS.keep
+    """Latest checkpoints kept, beside the best."""
+    save_buffer: bool = DEFAULTS.save_buffer
+    """Keep the replay buffer in checkpoints; without, they are small but a resumed run differs."""
+
+    def run_config(self) -> dict[str, Any]:
+        """The fields of `RunConfig` among these, but for seeds and steps."""
+        shared = {field.name for field in dataclasses.fields(RunConfig)} - {"seeds", "steps"}
+        return {name: getattr(self, name) for name in shared}
+
+
+def run(words: list[str]) -> int:
+    """Trains, then writes and announces the report; 130 if interrupted after saving."""
+    if words[:1] == ["--config"]:
+        return _train_from_file(words[1:])
+    names = take_places(words, ("ALGORITHM", "ENVIRONMENT"), usage())
+    if names is None:
+        return 0
+    algorithm_name, environment_name = names
+    kind = algorithm_class(algorithm_name)
+    options = _options(kind, preset(environment_name), words)
+    changes = {
+        field.name: getattr(options.environment, field.name) for field in dataclasses.fields(RoverConfig)
+    }
+    algorithm = kind(make(environment_name, **changes), options.algorithm)
+    return train_and_report(algorithm, options)
+
+
+def _options(kind: Any, environment: RoverConfig, words: list[str]) -> Any:
+    fields = [
+        ("algorithm", kind.config_class, dataclasses.field()),
+        ("environment", RoverConfig, dataclasses.field()),
+    ]
+    bases = (RunOptions,)
+    # Fields without a default cannot follow those of the base class unless they are keyword-only.
+    options_class = dataclasses.make_dataclass("Options", fields, bases=bases, frozen=True, kw_only=True)
+    default = options_class(algorithm=kind.config_class(), environment=environment)
+    return parse_options(options_class, words[2:], default, f"skillcrew train {words[0]} {words[1]}", usage())
+
+
+def _train_from_file(words: list[str]) -> int:
+    if not words:
+        raise UserError("train --config: name a configuration file, such as a run folder's config.yaml")
+    algorithm, config = from_yaml(Path(words[0]))
+    default = RunOptions(
+        Seeds(config.seeds),
+        config.steps,
+        **{name: getattr(config, name) for name in RunOptions().run_config()},
+    )
+    options = parse_options(RunOptions, words[1:], default, "skillcrew train --config FILE", usage())
+    return train_and_report(algorithm, options)
+
+
+def train_and_report(algorithm: Any, options: RunOptions) -> int:
+    """Runs to the end of the budget, scores the champions, and draws the report."""
+    out = options.out or free_folder(algorithm)
+    reporter = make_reporter(options.steps, tuple(options.seeds))
+    reporter.note(
+        f"{algorithm.name} on {algorithm.env.name}: {len(options.seeds)} seed(s), {options.steps:,} "
+        f"environment steps each, into {out}"
+    )
+    try:
+        finished = train(algorithm, options.seeds, options.steps, out, reporter, **options.run_config())
+    except Interrupted:
+        reporter.close()
+        print(f"Interrupted and saved. `skillcrew resume {out}` goes on.", file=sys.stderr)
+        return 130
+    finally:
+        reporter.close()
+    return conclude(finished, options.report_episodes)
+
+
+def conclude(finished: Run, episodes: int) -> int:
+    """Scores the champions of a finished run, writes its report, and says where it is."""
+    evaluation = finished.evaluate(episodes)
+    print(describe_evaluation(evaluation))
+    written = write_report(finished, evaluation)
+    print(f"Report: {written[0]} and {len(written) - 1} more in {finished.folder.report}")
+    return 0
+
+
+def usage() -> str:
+    """What `skillcrew train --help` prints before the options of an algorithm and environment."""
+    return (
+        "usage: skillcrew train ALGORITHM ENVIRONMENT [OPTIONS]\n"
+        "       skillcrew train --config FILE [OPTIONS]\n\n"
+        f"ALGORITHM    one of {', '.join(ALGORITHMS)}\n"
+        f"ENVIRONMENT  one of {', '.join(PRESETS)}\n\n"
+        "Every option has a measured default; `skillcrew train madys rover-t2-c1 --help` explains them all.\n"
+        "Trains one run per seed and ends with a report; Ctrl-C saves and says how to go on."
+    )

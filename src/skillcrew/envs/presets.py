@@ -1,0 +1,48 @@
+"""The named environments, and `make`, which builds one with any field overridden."""
+
+import dataclasses
+from typing import Any
+
+from skillcrew.envs.environment import Environment
+from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.world import RoverDomain
+from skillcrew.errors import unknown_name
+
+PRESETS: dict[str, RoverConfig] = {
+    "rover-t2-c1": RoverConfig(n_agents=1, n_poi_types=2, spatial_coupling=1, episode_length=50),
+    "rover-t2-c2": RoverConfig(n_agents=2, n_poi_types=2, spatial_coupling=2, episode_length=50),
+    "rover-t2-c3": RoverConfig(n_agents=6, n_poi_types=2, spatial_coupling=3, episode_length=50),
+    "rover-t3-c1": RoverConfig(n_agents=1, n_poi_types=3, spatial_coupling=1, episode_length=70),
+    "rover-t3-c2": RoverConfig(n_agents=4, n_poi_types=3, spatial_coupling=2, episode_length=70),
+    "rover-t3-c3": RoverConfig(n_agents=6, n_poi_types=3, spatial_coupling=3, episode_length=70),
+}
+"""The six configurations of the thesis (Figures 4.2 and 4.3)."""
+
+
+def preset(name: str) -> RoverConfig:
+    """The configuration called `name`.
+
+    Raises:
+        UserError: no preset of that name; the message lists the valid ones, nearest first.
+    """
+    if name not in PRESETS:
+        raise unknown_name("environment preset", name, PRESETS)
+    return PRESETS[name]
+
+
+def make(name: str, **overrides: Any) -> Environment:
+    """Makes the environment of a preset, with any field overridden.
+
+    Args:
+        name: a preset, such as "rover-t2-c2".
+        overrides: fields of `RoverConfig`, such as `n_agents=4`.
+
+    Raises:
+        UserError: an unknown preset or field, or a value that the field refuses.
+    """
+    config = preset(name)
+    fields = [field.name for field in dataclasses.fields(config)]
+    for field in overrides:
+        if field not in fields:
+            raise unknown_name(f"field of {name}", field, fields)
+    return RoverDomain(dataclasses.replace(config, **overrides), name)

@@ -1,0 +1,62 @@
+"""What counts as observing a POI, and the rewards of the skills and of the team."""
+
+import functools
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+PerRover = Float[Array, "agents *worlds"]
+
+
+def newly_observed(
+    squared_distance: Float[Array, "pois agents *worlds"],
+    observed: Bool[Array, "pois *worlds"],
+    parents: tuple[tuple[int, ...], ...],
+    pois_per_type: int,
+    spatial_coupling: int,
+    activation_distance: float,
+) -> Bool[Array, "pois *worlds"]:
+    """Which POIs meet both couplings in this step (thesis, section 4.1).
+
+    Spatial: at least `spatial_coupling` rovers within `activation_distance` at this very step.
+    Temporal: each parent type was observed at an *earlier* step.
+    """
+    near = squared_distance <= activation_distance**2
+    enough = near.sum(1, dtype=jnp.int32) >= spatial_coupling
+    done = types_observed(observed, pois_per_type)
+    unlocked = [
+        functools.reduce(jnp.logical_and, (done[p] for p in above), jnp.ones_like(done[0]))
+        for above in parents
+    ]
+    return jnp.stack([enough[poi] & unlocked[poi // pois_per_type] for poi in range(len(enough))])
+
+
+def types_observed(observed: Bool[Array, "pois *worlds"], pois_per_type: int) -> Bool[Array, "types *worlds"]:
+    """A type is observed with the first of its POIs. POIs are ordered by type."""
+    by_type = observed.reshape(-1, pois_per_type, *observed.shape[1:])
+    return functools.reduce(jnp.logical_or, (by_type[:, i] for i in range(pois_per_type)))
+
+
+def closeness(squared_distance: Float[Array, "*any"], activation_distance: float) -> Float[Array, "*any"]:
+    """min(1, activation distance / distance), in (0, 1]: the local reward of "go to"."""
+    # The bound under the root gives both the minimum with 1 and a finite value at distance 0.
+    return activation_distance / jnp.sqrt(jnp.maximum(squared_distance, activation_distance**2))
+
+
+def team_reward(
+    before: Bool[Array, "types *worlds"], after: Bool[Array, "types *worlds"], kind: str
+) -> Array:
+    """The team's reward of one step, `kind` "binary" or "fraction"; over an episode in [0, 1]."""
+    if kind == "fraction":
+        gained: Int[Array, "*worlds"] = (after & ~before).sum(0)
+        return gained.astype(jnp.float32) / len(after)
+    return (after.all(0) & ~before.all(0)).astype(jnp.float32)
+
+
+def skill_names(type_names: tuple[str, ...], n_agents: int) -> tuple[str, ...]:
+    """`go_to_X` and `go_away_from_X` for each POI type and, in a team, for the closest agent.
+
+    The order is that of the local rewards (thesis, section 4.4.2).
+    """
+    targets = [f"poi_{name}" for name in type_names] + ["agent"] * (n_agents > 1)
+    return tuple(f"{verb}_{target}" for target in targets for verb in ("go_to", "go_away_from"))

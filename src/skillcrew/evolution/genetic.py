@@ -1,0 +1,114 @@
+"""The genetic algorithm of Algorithm 1: ranking, elites, tournament, crossover, mutation."""
+
+import dataclasses
+from typing import Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Key
+
+from skillcrew.errors import UserError, unknown_name
+from skillcrew.evolution.crossover import single_point
+from skillcrew.evolution.lineage import Lineage
+from skillcrew.evolution.mutation import MutationConfig, mutate
+from skillcrew.evolution.selection import proportional, rank, tournament
+
+
+@dataclasses.dataclass(frozen=True)
+class EvolutionConfig:
+    """How the next generation is made of the last."""
+
+    elites: int = 4
+    """Fittest individuals that survive unchanged (e). A tenth of the population did best."""
+    selection: Literal["tournament", "proportional"] = "tournament"
+    """How the selected set S is drawn: by tournaments (Algorithm 1), or with probability
+    proportional to fitness (thesis, section 3.2.2)."""
+    tournament_size: int = 3
+    """Entrants of a tournament, drawn with replacement (ERL)."""
+    crossover_share: float = 0.5
+    """Share of the children made by crossover between an elite and a member of S; the others
+    are members of S themselves. Both then mutate."""
+    lineage_memory: float = 10.0
+    """Evaluations that an individual's mean fitness remembers; 1 ranks by the last one alone."""
+    lineage_inheritance: float = 0.2
+    """Share of its parent's evaluations that a changed child starts with."""
+    mutation: MutationConfig = dataclasses.field(default_factory=MutationConfig)
+    """How children change."""
+
+    def __post_init__(self) -> None:
+        if self.selection not in ("tournament", "proportional"):
+            raise unknown_name("evolution.selection", str(self.selection), ("tournament", "proportional"))
+        if self.elites < 1:
+            raise UserError(f"evolution.elites = {self.elites}: give at least 1, or the champion is lost")
+        if self.tournament_size < 1:
+            raise UserError(f"evolution.tournament_size = {self.tournament_size}: give at least 1")
+        for field in ("crossover_share", "lineage_inheritance"):
+            if not 0 <= getattr(self, field) <= 1:
+                raise UserError(f"evolution.{field} = {getattr(self, field)}: give a share between 0 and 1")
+        if self.lineage_memory < 1:
+            raise UserError(f"evolution.lineage_memory = {self.lineage_memory}: give at least 1 evaluation")
+
+    def check_population(self, population: int) -> None:
+        """Raises `UserError` if a population of this size leaves no room for children."""
+        if population < self.elites + 2:
+            raise UserError(
+                f"population = {population}: smaller than evolution.elites + 2 = {self.elites + 2}; "
+                "raise population or lower evolution.elites"
+            )
+
+
+class GeneticState(eqx.Module):
+    """A population and what is known of it. Elites come first, the champion at index 0."""
+
+    genomes: Float[Array, "population genes"]
+    lineage: Lineage
+
+    @classmethod
+    def create(cls, genomes: Float[Array, "population genes"]) -> "GeneticState":
+        return cls(genomes, Lineage.create(genomes.shape[0]))
+
+    def champion(self) -> Float[Array, " genes"]:
+        """The genome of highest standing: the fittest by lineage average at the last evaluation."""
+        return self.genomes[0]
+
+
+def next_generation(
+    key: Key[Array, ""], state: GeneticState, fitness: Float[Array, " population"], config: EvolutionConfig
+) -> GeneticState:
+    """Lines 10 to 15 of Algorithm 1, and mutation.
+
+    The scan of lines 12 to 15 fills S twice over; read here as: S holds the winners of k - e
+    draws, and `crossover_share` of the children are crossed with a random elite.
+
+    Args:
+        fitness: of the present population, in its order.
+    """
+    key_select, key_elite, key_partner, key_cross, key_mutate = jax.random.split(key, 5)
+    population = state.genomes.shape[0]
+    children = population - config.elites
+    crossed = round(config.crossover_share * children)
+
+    lineage = state.lineage.add(fitness, config.lineage_memory)
+    order = rank(lineage.mean)
+    elites = order[: config.elites]
+    if config.selection == "tournament":
+        selected = tournament(key_select, lineage.mean, children, config.tournament_size)
+    else:
+        selected = proportional(key_select, lineage.mean, children)
+
+    partners = jax.random.choice(key_partner, selected, (crossed,))
+    mates = jax.random.choice(key_elite, elites, (crossed,))
+    offspring = single_point(key_cross, state.genomes[mates], state.genomes[partners])
+    copies = selected[crossed:]
+    genomes, mutated = mutate(
+        key_mutate, jnp.concatenate([offspring, state.genomes[copies]]), config.mutation
+    )
+    # A crossed child is new; a copy that mutation spared is its parent and keeps all it has earned.
+    is_new = mutated | (jnp.arange(children) < crossed)
+    inherited = lineage.pick(
+        jnp.concatenate([partners, copies]), jnp.where(is_new, config.lineage_inheritance, 1.0)
+    )
+    return GeneticState(
+        jnp.concatenate([state.genomes[elites], genomes]), lineage.pick(elites).concatenate(inherited)
+    )

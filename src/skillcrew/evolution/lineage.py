@@ -1,0 +1,49 @@
+"""Fitness averaged over a lineage, so that a lucky draw does not rule.
+
+With ten episodes of a binary reward a mediocre individual looks perfect now and then, and among
+forty individuals one of them almost always does. An individual's standing is therefore the mean
+of all its evaluations, an elite's over its generations; a child starts with a share of its
+parent's standing, as so many evaluations that it need not live through again.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+
+class Lineage(eqx.Module):
+    """What is known of each individual before its next evaluation."""
+
+    mean: Float[Array, " population"]
+    """Mean fitness so far, in [0, 1]; means nothing where `evaluations` is 0."""
+    evaluations: Float[Array, " population"]
+    """Evaluations that the mean stands for; fractions come from inheritance."""
+
+    @classmethod
+    def create(cls, population: int) -> "Lineage":
+        return cls(jnp.zeros(population), jnp.zeros(population))
+
+    def add(self, fitness: Float[Array, " population"], memory: float) -> "Lineage":
+        """Takes in one evaluation of every individual.
+
+        Args:
+            memory: evaluations counted at most. What an individual was worth with the skills of
+                long ago says little about it with today's.
+        """
+        known = jnp.minimum(self.evaluations, memory - 1)
+        mean = (self.mean * known + fitness) / (known + 1)
+        return Lineage(mean, known + 1)
+
+    def pick(
+        self, parents: Int[Array, " children"], share: Float[Array, " children"] | float = 1.0
+    ) -> "Lineage":
+        """The standing that children take over from their parents, each with its share of the evaluations."""
+        return Lineage(self.mean[parents], self.evaluations[parents] * share)
+
+    def concatenate(self, *others: "Lineage") -> "Lineage":
+        """One population after the other."""
+        everyone = (self, *others)
+        return Lineage(
+            jnp.concatenate([one.mean for one in everyone]),
+            jnp.concatenate([one.evaluations for one in everyone]),
+        )

@@ -1,0 +1,88 @@
+"""Random changes of genomes."""
+
+import dataclasses
+from typing import Literal
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Key
+
+from skillcrew.errors import UserError, unknown_name
+
+
+@dataclasses.dataclass(frozen=True)
+class MutationConfig:
+    """How an individual changes when it mutates.
+
+    "substructured" is that of sub-structured neuroevolution (Khadka et al. 2019, used by ERL,
+    CERL and MERL): few weights change, mostly by a little noise relative to their size,
+    sometimes by a lot, and sometimes they are drawn anew. "gaussian" adds noise to every weight.
+    """
+
+    kind: Literal["substructured", "gaussian"] = "substructured"
+    """Which of the two."""
+    probability: float = 0.9
+    """Probability that a child mutates at all (ERL)."""
+    fraction: float = 0.1
+    """Share of weights that change in a mutating child (ERL)."""
+    strength: float = 0.1
+    """Standard deviation of ordinary noise, as a share of the weight's size (ERL)."""
+    large_probability: float = 0.05
+    """Of the changed weights, the share with large noise (ERL)."""
+    large_strength: float = 10.0
+    """Standard deviation of large noise, as a share of the weight's size (ERL)."""
+    reset_probability: float = 0.05
+    """Of the changed weights, the share that is drawn anew (ERL)."""
+    reset_deviation: float = 1.0
+    """Standard deviation of weights drawn anew (ERL)."""
+    gaussian_deviation: float = 0.05
+    """Standard deviation of plain Gaussian noise."""
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("substructured", "gaussian"):
+            raise unknown_name("mutation.kind", str(self.kind), ("substructured", "gaussian"))
+        for field in ("probability", "fraction", "large_probability", "reset_probability"):
+            if not 0 <= getattr(self, field) <= 1:
+                raise UserError(f"mutation.{field} = {getattr(self, field)}: give a share between 0 and 1")
+        if self.large_probability + self.reset_probability > 1:
+            raise UserError(
+                f"mutation.large_probability = {self.large_probability} and mutation.reset_probability = "
+                f"{self.reset_probability}: their sum is above 1; lower one of them"
+            )
+        for field in ("strength", "large_strength", "reset_deviation", "gaussian_deviation"):
+            if getattr(self, field) < 0:
+                raise UserError(f"mutation.{field} = {getattr(self, field)}: give a number of at least 0")
+
+
+def mutate(
+    key: Key[Array, ""], genomes: Float[Array, "children genes"], config: MutationConfig
+) -> tuple[Float[Array, "children genes"], Bool[Array, " children"]]:
+    """Mutates each child with `config.probability`; returns the children and which of them changed."""
+    key_child, key_change = jax.random.split(key)
+    mutates = jax.random.bernoulli(key_child, config.probability, (genomes.shape[0],))
+    change = substructured if config.kind == "substructured" else gaussian
+    return jnp.where(mutates[:, None], change(key_change, genomes, config), genomes), mutates
+
+
+def substructured(
+    key: Key[Array, ""], genomes: Float[Array, "children genes"], config: MutationConfig
+) -> Float[Array, "children genes"]:
+    """Changes `config.fraction` of the weights; see `MutationConfig`."""
+    key_kind, key_noise = jax.random.split(key)
+    # One uniform number per weight decides both whether and how it changes.
+    draw = jax.random.uniform(key_kind, genomes.shape)
+    noise = jax.random.normal(key_noise, genomes.shape)
+    large = config.fraction * config.large_probability
+    reset = config.fraction * (config.large_probability + config.reset_probability)
+    strength = jnp.where(draw < large, config.large_strength, config.strength)
+    changed = jnp.where(
+        (draw >= large) & (draw < reset), config.reset_deviation * noise, genomes * (1 + strength * noise)
+    )
+    return jnp.where(draw < config.fraction, changed, genomes)
+
+
+def gaussian(
+    key: Key[Array, ""], genomes: Float[Array, "children genes"], config: MutationConfig
+) -> Float[Array, "children genes"]:
+    """Adds normal noise to every weight."""
+    return genomes + config.gaussian_deviation * jax.random.normal(key, genomes.shape)

@@ -1,0 +1,132 @@
+"""The whole configuration of a run, as a file that can be fed back."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import pydantic
+import yaml
+
+from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.algorithms.registry import algorithm_class, make_algorithm
+from skillcrew.envs.environment import Environment
+from skillcrew.envs.presets import make, preset
+from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.errors import UserError, unknown_name
+
+
+@dataclasses.dataclass(frozen=True)
+class RunConfig:
+    """What a run needs to know beside its algorithm and its environment."""
+
+    seeds: tuple[int, ...] = (0,)
+    """One independent run per seed, all in one program."""
+    steps: int = 2_000_000
+    """Environment steps per seed; a seed's result is its champion at the last generation within them."""
+    score_episodes: int = 100
+    """Fresh episodes on which each generation's champion is scored. They do not count as steps."""
+    generations_per_report: int = 5
+    """Generations between two lines of progress; a run can be stopped and saved between them."""
+    checkpoint_seconds: float = 60.0
+    """Time between checkpoints. What is computed after the last one is computed again on resume."""
+    keep: int = 2
+    """Checkpoints that are kept, the latest ones; the best is kept beside them."""
+    save_buffer: bool = True
+    """False leaves the replay buffer out of checkpoints: small ones, but a resumed run differs."""
+
+    def __post_init__(self) -> None:
+        if not self.seeds or len(set(self.seeds)) != len(self.seeds) or min(self.seeds) < 0:
+            raise UserError(f"seeds = {list(self.seeds)}: give at least one, each once and not negative")
+        for field in ("steps", "score_episodes", "generations_per_report", "keep"):
+            if getattr(self, field) < 1:
+                raise UserError(f"{field} = {getattr(self, field)}: give at least 1")
+        if self.checkpoint_seconds < 0:
+            raise UserError(f"checkpoint_seconds = {self.checkpoint_seconds}: give a number of at least 0")
+
+
+def to_yaml(algorithm: Algorithm, run: RunConfig) -> str:
+    """The resolved configuration: every field, also those left at their defaults."""
+    sections = {
+        "algorithm": {"name": algorithm.name, **dataclasses.asdict(algorithm.config)},
+        "environment": algorithm.env.describe(),
+        "run": dataclasses.asdict(run),
+    }
+    return yaml.safe_dump(_plain(sections), sort_keys=False, allow_unicode=True)
+
+
+def from_yaml(path: Path, env: Environment | None = None) -> tuple[Algorithm, RunConfig]:
+    """Reads a configuration file.
+
+    Args:
+        env: the environment, where it is not one that skillcrew ships.
+
+    Raises:
+        UserError: unreadable, or a section, field or value that is not valid; the line names it.
+    """
+    try:
+        sections = yaml.safe_load(path.read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise UserError(f"{path}: cannot be read as YAML ({_first_line(error)})") from error
+    if not isinstance(sections, dict) or set(sections) != {"algorithm", "environment", "run"}:
+        raise UserError(f"{path}: needs the sections algorithm, environment and run, and no others")
+    run = parse(RunConfig, sections["run"], f"{path}: run")
+    if env is None:
+        env = _environment(sections["environment"], f"{path}: environment")
+    name, fields = _named(sections["algorithm"], f"{path}: algorithm")
+    config = parse(algorithm_class(name).config_class, fields, f"{path}: algorithm")
+    return make_algorithm(name, env, config), run
+
+
+def parse(kind: Any, values: Any, where: str) -> Any:
+    """Builds a configuration dataclass from plain values.
+
+    Raises:
+        UserError: the first field that is unknown or whose value is not valid.
+    """
+    fields = [field.name for field in dataclasses.fields(kind)]
+    if not isinstance(values, dict):
+        raise UserError(f"{where}: needs fields, of " + ", ".join(fields))
+    _refuse_unknown(kind, values, where)
+    try:
+        return pydantic.TypeAdapter(kind).validate_python(values)
+    except UserError as error:
+        raise UserError(f"{where}: {error}") from error
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join([where, *(str(part) for part in first["loc"])])
+        raise UserError(f"{place}: {first['msg']} (is {first['input']!r})") from error
+
+
+def _refuse_unknown(kind: Any, values: dict[str, Any], where: str) -> None:
+    fields = {field.name: field.type for field in dataclasses.fields(kind)}
+    for name, value in values.items():
+        if name not in fields:
+            raise unknown_name(f"field in {where}", str(name), fields)
+        if isinstance(value, dict) and dataclasses.is_dataclass(fields[name]):
+            _refuse_unknown(fields[name], value, f"{where}.{name}")
+
+
+def _environment(section: Any, where: str) -> Environment:
+    name, fields = _named(section, where)
+    preset(name)
+    config = parse(RoverConfig, fields, where)
+    return make(name, **{field.name: getattr(config, field.name) for field in dataclasses.fields(config)})
+
+
+def _named(section: Any, where: str) -> tuple[str, dict[str, Any]]:
+    if not isinstance(section, dict) or not isinstance(section.get("name"), str):
+        raise UserError(f"{where}: needs a name")
+    return section["name"], {field: value for field, value in section.items() if field != "name"}
+
+
+def _plain(value: Any) -> Any:
+    """Tuples as lists, mappings as dictionaries: what a safe YAML file can hold."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).splitlines()[0] if str(error) else type(error).__name__

@@ -1,0 +1,59 @@
+"""Writing files whole or not at all, and disk trouble in one clear line."""
+
+import contextlib
+import errno
+import os
+import tempfile
+from collections.abc import Callable, Generator
+from pathlib import Path
+
+from skillcrew.errors import UserError
+
+
+@contextlib.contextmanager
+def disk_errors(place: Path) -> Generator[None]:
+    """Turns a full disk, a read-only folder and the like into a `UserError` that names the place."""
+    try:
+        yield
+    except UserError:
+        raise
+    except Exception as error:
+        reason = _reason(error)
+        if reason is None:
+            raise
+        raise UserError(f"{place}: cannot be written, {reason}") from error
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Lets `write` fill a temporary file beside `path`, which then takes its place at once.
+
+    Raises:
+        UserError: the disk is full or cannot be written; the old file, if any, is untouched.
+    """
+    with disk_errors(path):
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        os.close(handle)
+        temporary = Path(name)
+        try:
+            write(temporary)
+            # mkstemp makes files that only their owner can read.
+            temporary.chmod(0o644)
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def _reason(error: Exception) -> str | None:
+    if isinstance(error, PermissionError) or (isinstance(error, OSError) and error.errno == errno.EROFS):
+        return "you may not write there; choose another folder with --out"
+    text = str(error)
+    # Orbax reports the errors of its C++ storage as text alone.
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return "the disk is full; free some space, then `skillcrew resume` goes on from the last checkpoint"
+    if "No space left" in text or "RESOURCE_EXHAUSTED" in text or "File too large" in text:
+        return "the disk is full; free some space, then `skillcrew resume` goes on from the last checkpoint"
+    if "Permission denied" in text or "Read-only file system" in text or "PERMISSION_DENIED" in text:
+        return "you may not write there; choose another folder with --out"
+    if isinstance(error, OSError):
+        return (error.strerror or text).lower()
+    return None

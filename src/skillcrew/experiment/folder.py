@@ -1,0 +1,85 @@
+"""One run is one folder, which explains itself."""
+
+import importlib.metadata
+import platform
+import shlex
+import shutil
+import sys
+from pathlib import Path
+
+import jax
+
+from skillcrew.errors import UserError
+from skillcrew.experiment.files import disk_errors, write_whole
+
+EXPLANATION = """\
+This folder is one run of skillcrew.
+
+config.yaml        every option, also those left at their defaults; `skillcrew train --config` takes it
+metrics.parquet    one row per seed and generation (pandas, polars, R and DuckDB read it)
+timing.json        seconds spent on compiling and on running, environment steps per second
+checkpoints/       everything that the run goes on from, by generation: the latest and the best
+report/            learning curve and chosen skills, as PNG and PDF
+environment.txt    versions, device and command
+
+skillcrew resume .        goes on after an interruption, to the same bits
+skillcrew evaluate .      scores the champions on fresh episodes
+skillcrew report .        draws the report again
+"""
+
+
+class RunFolder:
+    """Where each file of a run is."""
+
+    def __init__(self, path: Path | str):
+        self.path = Path(path)
+        self.config = self.path / "config.yaml"
+        self.metrics = self.path / "metrics.parquet"
+        self.timing = self.path / "timing.json"
+        self.checkpoints = self.path / "checkpoints"
+        self.report = self.path / "report"
+
+    def create(self, config: str) -> None:
+        """Makes the folder with its configuration, or leaves nothing behind.
+
+        Raises:
+            UserError: it exists already, or cannot be written.
+        """
+        if self.path.exists():
+            raise UserError(
+                f"{self.path}: exists and is never overwritten; `skillcrew resume {self.path}` goes on "
+                "with it, --out chooses another folder"
+            )
+        with disk_errors(self.path):
+            self.path.mkdir(parents=True)
+        try:
+            write_whole(self.config, lambda path: path.write_text(config))
+            write_whole(self.path / "environment.txt", lambda path: path.write_text(describe_environment()))
+            write_whole(self.path / "README.txt", lambda path: path.write_text(EXPLANATION))
+        except BaseException:
+            shutil.rmtree(self.path, ignore_errors=True)
+            raise
+
+    def check_is_run(self) -> None:
+        """Raises `UserError` if this is no run folder."""
+        if not self.path.is_dir():
+            raise UserError(f"{self.path}: no such run folder; `skillcrew train` makes one")
+        if not self.config.is_file():
+            raise UserError(f"{self.path}: not a run folder of skillcrew (it has no config.yaml)")
+
+
+def describe_environment() -> str:
+    """Versions, device and command, one a line."""
+    packages = ("skillcrew", "jax", "jaxlib", "equinox", "optax", "flashbax", "orbax-checkpoint", "numpy")
+    lines = [f"{name} {_version(name)}" for name in packages]
+    lines.append(f"python {platform.python_version()} on {platform.platform()}")
+    lines.append(f"device {jax.devices()[0].device_kind} x {jax.device_count()}")
+    lines.append("command " + shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]))
+    return "\n".join(lines) + "\n"
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "(not installed as a package)"

@@ -1,0 +1,106 @@
+"""The jitted program of a run: chunks of generations over a leading seed axis."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Int, Key, PyTree
+
+from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.experiment.config import RunConfig
+from skillcrew.policies.team import Team
+from skillcrew.rollout import Start, Trajectories, rollout, single_policy
+
+
+class RunState(eqx.Module):
+    """All that a run goes on from, for one seed; the runner stacks seeds in front."""
+
+    algorithm: PyTree
+    team: Any
+    """The champion at the last generation within the budget of environment steps."""
+    score_key: Key[Array, "*seeds"]
+    generation: Int[Array, "*seeds"]
+    environment_steps: Int[Array, "*seeds"]
+
+
+def initial_state(algorithm: Algorithm, seed: Array) -> RunState:
+    """The state before the first generation of one seed."""
+    key, score_key = jax.random.split(jax.random.key(seed))
+    state = algorithm.init(key)
+    zero = jnp.zeros((), jnp.int32)
+    return RunState(state, algorithm.team(state), score_key, zero, zero)
+
+
+def one_generation(
+    algorithm: Algorithm, config: RunConfig, run: RunState
+) -> tuple[RunState, dict[str, Array]]:
+    """One generation of one seed, and its champion's score on fresh episodes."""
+    state, metrics = algorithm.step(run.algorithm)
+    champion = algorithm.team(state)
+    within_budget = metrics["environment_steps"] <= config.steps
+    team = jax.tree.map(lambda new, old: jnp.where(within_budget, new, old), champion, run.team)
+    generation = run.generation + 1
+    key = jax.random.fold_in(run.score_key, generation)
+    score = play(algorithm, champion, key, config.score_episodes).team_return().mean()
+    metrics = {"generation": generation, **metrics, "success_rate": score}
+    return RunState(state, team, run.score_key, generation, metrics["environment_steps"]), metrics
+
+
+def chunk(algorithm: Algorithm, config: RunConfig, runs: RunState) -> tuple[RunState, dict[str, Array]]:
+    """`generations_per_report` generations of every seed; metrics have axes [seeds, generations]."""
+
+    def of_seed(run: RunState) -> tuple[RunState, dict[str, Array]]:
+        return jax.lax.scan(
+            lambda carry, _: one_generation(algorithm, config, carry),
+            run,
+            length=config.generations_per_report,
+        )
+
+    return jax.vmap(of_seed)(runs)
+
+
+def play(algorithm: Algorithm, team: Team, key: Key[Array, ""], episodes: int) -> Trajectories:
+    """A team's episodes without exploration noise, in worlds drawn from `key`."""
+    key_start, key_rollout = jax.random.split(key)
+    memory = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, (episodes, *leaf.shape)), team.initial_memory())
+    start = Start.draw(algorithm.env, key_start, episodes)
+    return rollout(algorithm.env, single_policy(team), memory, start, key_rollout)
+
+
+def flat_arrays(state: PyTree) -> dict[str, Array]:
+    """A state as named plain arrays, for files: typed keys become their numbers."""
+    leaves, _ = jax.tree_util.tree_flatten_with_path(state)
+    return {jax.tree_util.keystr(path): _key_numbers(leaf) for path, leaf in leaves}
+
+
+def from_flat_arrays(arrays: dict[str, Any], like: PyTree, part: str = "") -> PyTree:
+    """The inverse of `flat_arrays`.
+
+    Args:
+        like: has the structure, as arrays or shapes.
+        part: the one field that is wanted, such as ".team"; by default all of it.
+    """
+    leaves, structure = jax.tree_util.tree_flatten_with_path(getattr(like, part[1:]) if part else like)
+    restored = []
+    for path, leaf in leaves:
+        array = jnp.asarray(arrays[part + jax.tree_util.keystr(path)])
+        is_key = jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+        restored.append(jax.random.wrap_key_data(array) if is_key else array)
+    return jax.tree_util.tree_unflatten(structure, restored)
+
+
+def shapes(algorithm: Algorithm, config: RunConfig) -> RunState:
+    """Shapes of the whole run's state, without making it."""
+    return jax.eval_shape(
+        lambda seeds: jax.vmap(lambda seed: initial_state(algorithm, seed))(seeds), seeds_of(config)
+    )
+
+
+def seeds_of(config: RunConfig) -> Array:
+    """The seeds as an array."""
+    return jnp.asarray(config.seeds, jnp.uint32)
+
+
+def _key_numbers(leaf: Array) -> Array:
+    return jax.random.key_data(leaf) if jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key) else leaf

@@ -1,0 +1,69 @@
+"""One row per seed and generation, in one columnar file (Parquet)."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from skillcrew.errors import UserError
+from skillcrew.experiment.files import write_whole
+
+Columns = dict[str, np.ndarray]
+
+
+class MetricsLog:
+    """Collects the metrics of all seeds.
+
+    Seeds step together until the last has lived its budget, so the others have a few rows beyond
+    theirs: filter by `environment_steps` where that matters.
+
+    Args:
+        seeds: of the run, in the order of the seed axis.
+    """
+
+    def __init__(self, seeds: tuple[int, ...]):
+        self._seeds = seeds
+        self._parts: list[Columns] = []
+
+    def add(self, metrics: Mapping[str, np.ndarray]) -> None:
+        """Takes in a chunk of metrics with axes [seeds, generations]."""
+        n_seeds, generations = metrics["generation"].shape
+        rows = {"seed": np.repeat(np.asarray(self._seeds, np.int64), generations)}
+        rows |= {name: np.asarray(values).reshape(n_seeds * generations) for name, values in metrics.items()}
+        self._parts.append(rows)
+
+    def restore(self, columns: Columns, generation: int) -> None:
+        """Starts from the rows of an earlier session, up to a generation."""
+        keep = columns["generation"] <= generation
+        self._parts = [{name: values[keep] for name, values in columns.items()}]
+
+    def columns(self) -> Columns:
+        """All rows, ordered by seed as the run lists them and then by generation."""
+        joined = {name: np.concatenate([part[name] for part in self._parts]) for name in self._parts[0]}
+        rank = {seed: index for index, seed in enumerate(self._seeds)}
+        of_row = np.asarray([rank[int(seed)] for seed in joined["seed"]])
+        order = np.lexsort((joined["generation"], of_row))
+        return {name: values[order] for name, values in joined.items()}
+
+    def write(self, path: Path) -> None:
+        """Replaces the file at once."""
+        table = pa.table(self.columns())
+        write_whole(path, lambda temporary: pq.write_table(table, temporary))
+
+
+def read_metrics(path: Path) -> Columns:
+    """The columns of a metrics file, as arrays.
+
+    Raises:
+        UserError: missing or damaged.
+    """
+    try:
+        table = pq.read_table(path)
+        columns = {name: table.column(name).to_numpy() for name in table.column_names}
+    except (OSError, pa.ArrowException) as error:
+        raise UserError(f"{path}: missing or damaged metrics; `skillcrew resume` writes them anew") from error
+    if not {"seed", "generation", "environment_steps", "success_rate"} <= set(columns):
+        raise UserError(f"{path}: not metrics of skillcrew")
+    return columns

@@ -1,0 +1,170 @@
+"""What a person sees while a run works: a live table in a terminal, plain lines elsewhere."""
+
+import time
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.table import Table
+
+from skillcrew.intervals import seed_interval
+
+LINE_SECONDS = 10.0
+"""Least time between two lines where the output is no terminal."""
+
+
+class Reporter(Protocol):
+    """Told what happens; decides what to show."""
+
+    def note(self, line: str) -> None:
+        """Something worth a line of its own."""
+        ...
+
+    def update(self, metrics: Mapping[str, np.ndarray], steps_per_second: float) -> None:
+        """After a chunk of generations; metrics have axes [seeds, generations]."""
+        ...
+
+    def close(self) -> None:
+        """The run is over, or interrupted."""
+        ...
+
+
+def make_reporter(budget: int, seeds: tuple[int, ...], console: Console | None = None) -> Reporter:
+    """A live display in a terminal, lines elsewhere; both on standard error."""
+    console = console or Console(stderr=True)
+    return LiveReporter(console, budget, seeds) if console.is_terminal else LineReporter(console, budget)
+
+
+class SilentReporter:
+    """Shows nothing: for use as a library."""
+
+    def note(self, line: str) -> None: ...
+
+    def update(self, metrics: Mapping[str, np.ndarray], steps_per_second: float) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class Summary:
+    """The numbers of one report, from a chunk's metrics [seeds, generations]."""
+
+    def __init__(self, metrics: Mapping[str, np.ndarray], budget: int, steps_per_second: float):
+        steps = np.asarray(metrics["environment_steps"])[:, -1]
+        self.generation = int(np.asarray(metrics["generation"]).max())
+        self.steps = int(min(steps.min(), budget))
+        self.success_by_seed = np.asarray(metrics["success_rate"]).mean(1)
+        self.best = float(np.asarray(metrics["fitness_best"])[:, -1].mean())
+        self.mean = float(np.asarray(metrics["fitness_mean"])[:, -1].mean())
+        self.returns = {
+            name.removeprefix("return_"): float(np.asarray(values).mean())
+            for name, values in metrics.items()
+            if name.startswith("return_")
+        }
+        self.stopped = {
+            name.removeprefix("stopped_at_"): int((np.asarray(values)[:, -1] >= 0).sum())
+            for name, values in metrics.items()
+            if name.startswith("stopped_at_")
+        }
+        self.steps_per_second = steps_per_second
+        left = max(0.0, budget - float(steps.min()))
+        self.seconds_left = left * len(steps) / steps_per_second if steps_per_second else float("inf")
+
+    def success(self) -> str:
+        """The champion's success rate, mean over seeds with its 95 % interval."""
+        interval = seed_interval(self.success_by_seed)
+        spread = "" if np.isnan(interval.low) else f" [{interval.low:.2f}, {interval.high:.2f}]"
+        return f"{interval.mean:.2f}{spread}"
+
+
+class LineReporter:
+    """One line now and then, easy to keep in a log."""
+
+    def __init__(self, console: Console, budget: int):
+        self._console = console
+        self._budget = budget
+        self._last = -float("inf")
+
+    def note(self, line: str) -> None:
+        self._print(line)
+
+    def update(self, metrics: Mapping[str, np.ndarray], steps_per_second: float) -> None:
+        now = time.monotonic()
+        summary = Summary(metrics, self._budget, steps_per_second)
+        if now - self._last < LINE_SECONDS and summary.steps < self._budget:
+            return
+        self._last = now
+        skills = " ".join(f"{name}={value:.2f}" for name, value in summary.returns.items())
+        self._print(
+            f"{human(summary.steps)} of {human(self._budget)} steps, success {summary.success()}, "
+            f"fitness best {summary.best:.2f} mean {summary.mean:.2f}, returns {skills}, "
+            f"{human(steps_per_second)} steps/s, {clock(summary.seconds_left)} left"
+        )
+
+    def close(self) -> None: ...
+
+    def _print(self, line: str) -> None:
+        self._console.print(line, soft_wrap=True, highlight=False, markup=False)
+
+
+class LiveReporter:
+    """A table that renews itself, with a bar and the time left."""
+
+    def __init__(self, console: Console, budget: int, seeds: tuple[int, ...]):
+        self._budget = budget
+        self._seeds = seeds
+        self._bar = Progress(
+            TextColumn("{task.description}"), BarColumn(None), TaskProgressColumn(), expand=True
+        )
+        self._task = self._bar.add_task("compiling", total=budget)
+        self._live = Live(self._bar, console=console, refresh_per_second=4)
+        self._live.start()
+
+    def note(self, line: str) -> None:
+        self._live.console.print(line, highlight=False, markup=False)
+
+    def update(self, metrics: Mapping[str, np.ndarray], steps_per_second: float) -> None:
+        summary = Summary(metrics, self._budget, steps_per_second)
+        label = (
+            f"{human(summary.steps)} of {human(self._budget)} steps, {human(steps_per_second)} steps/s, "
+            f"{clock(summary.seconds_left)} left"
+        )
+        self._bar.update(self._task, completed=summary.steps, description=label)
+        self._live.update(Group(self._table(summary), self._bar))
+
+    def close(self) -> None:
+        self._live.stop()
+
+    def _table(self, summary: Summary) -> Table:
+        table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
+        rates = zip(self._seeds, summary.success_by_seed, strict=True)
+        by_seed = "  ".join(f"{seed}: {rate:.2f}" for seed, rate in rates)
+        table.add_row("generation", str(summary.generation))
+        table.add_row("champion's success rate", summary.success())
+        if len(self._seeds) > 1:
+            table.add_row("by seed", by_seed)
+        table.add_row("fitness", f"best {summary.best:.2f}, mean {summary.mean:.2f}")
+        for skill, value in summary.returns.items():
+            stopped = summary.stopped.get(skill, 0)
+            note = f"  (training stopped in {stopped} of {len(self._seeds)} seeds)" if stopped else ""
+            table.add_row(f"return of {skill}", f"{value:.2f}{note}")
+        return table
+
+
+def human(number: float) -> str:
+    """A count in k or M."""
+    for size, unit in ((1e6, "M"), (1e3, "k")):
+        if number >= size:
+            return f"{number / size:.3g} {unit}"
+    return f"{number:.3g}"
+
+
+def clock(seconds: float) -> str:
+    """A duration as people read it."""
+    if not np.isfinite(seconds):
+        return "unknown time"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"

@@ -1,0 +1,189 @@
+"""A run as users hold it: train, go on, score, and take its champions."""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int
+
+from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.envs.environment import Environment
+from skillcrew.errors import UserError
+from skillcrew.experiment import generation, memory
+from skillcrew.experiment.config import RunConfig, from_yaml, to_yaml
+from skillcrew.experiment.files import write_whole
+from skillcrew.experiment.folder import RunFolder
+from skillcrew.experiment.metrics import Columns, read_metrics
+from skillcrew.experiment.progress import Reporter, SilentReporter
+from skillcrew.experiment.runner import Runner
+from skillcrew.intervals import Interval, proportion_interval, seed_interval
+from skillcrew.policies.team import Team
+
+EVALUATION_KEY = 0x5EED
+"""Root of the worlds that champions are evaluated in; no training key is derived from it."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Evaluation:
+    """Champions' scores on fresh episodes, one champion per seed.
+
+    "Success" is the mean team return, which is the success rate where the team reward is binary.
+    """
+
+    seeds: tuple[int, ...]
+    episodes: int
+    """Per seed."""
+    returns: Float[np.ndarray, "seeds episodes"]
+    """Team return of each episode."""
+    choices: Int[np.ndarray, "seeds episodes time agents"]
+    """Index of the chosen skill at each step, -1 after an episode's end."""
+
+    @property
+    def per_seed(self) -> list[Interval]:
+        """Each seed's success rate with its 95 % interval over episodes (Wilson's, for a binary reward)."""
+        return [proportion_interval(round(float(row.sum())), self.episodes) for row in self.returns]
+
+    @property
+    def success_rate(self) -> Interval:
+        """The mean over seeds with its 95 % interval over seeds (over episodes, if there is one seed)."""
+        if len(self.seeds) == 1:
+            return self.per_seed[0]
+        return seed_interval(self.returns.mean(1))
+
+
+class Run:
+    """A trained (or half-trained) run, read from its folder.
+
+    Args:
+        folder: of a run.
+        env: the environment, where it is not one that skillcrew ships.
+        checkpoint: generation to read champions from and to go on from; by default the latest.
+        champions: spares reading them, where they are at hand.
+
+    Raises:
+        UserError: no run folder, or its configuration is not valid.
+    """
+
+    def __init__(
+        self,
+        folder: Path | str,
+        env: Environment | None = None,
+        checkpoint: int | None = None,
+        champions: Team | None = None,
+    ):
+        self.folder = RunFolder(folder)
+        self.folder.check_is_run()
+        self.algorithm, self.config = from_yaml(self.folder.config, env)
+        self._checkpoint = checkpoint
+        self._champions = champions
+
+    def metrics(self) -> Columns:
+        """One row per seed and generation, as named columns."""
+        return read_metrics(self.folder.metrics)
+
+    def champion(self, seed: int) -> Team:
+        """The champion of one seed, at its last generation within the budget of steps.
+
+        Raises:
+            UserError: the run has no such seed, or no checkpoint.
+        """
+        if seed not in self.config.seeds:
+            raise UserError(
+                f"seed {seed}: not of this run, which has {', '.join(map(str, self.config.seeds))}"
+            )
+        index = self.config.seeds.index(seed)
+        return jax.tree.map(lambda leaf: leaf[index], self.champions())
+
+    def evaluate(self, episodes: int = 1000) -> Evaluation:
+        """Plays every seed's champion on fresh episodes, without exploration noise.
+
+        The episodes are the same for all seeds and runs of an environment, and no selection ever
+        saw them.
+        """
+        if episodes < 1:
+            raise UserError(f"episodes = {episodes}: give at least 1")
+
+        def play(team: Team) -> Any:
+            lived = generation.play(self.algorithm, team, jax.random.key(EVALUATION_KEY), episodes)
+            return lived.team_return(), jnp.where(lived.lived[..., None], lived.choice, -1)
+
+        returns, choices = jax.jit(jax.vmap(play))(self.champions())
+        return Evaluation(
+            self.config.seeds, episodes, np.asarray(returns), np.moveaxis(np.asarray(choices), 1, 2)
+        )
+
+    def resume(self, steps: float | None = None, reporter: Reporter | None = None) -> "Run":
+        """Goes on from the latest checkpoint, to the same bits as if never interrupted.
+
+        Args:
+            steps: a larger budget than the run had, to train on.
+        """
+        if steps is not None:
+            config = dataclasses.replace(self.config, steps=round(steps))
+            if config.steps < self.config.steps:
+                raise UserError(f"steps = {config.steps}: less than the run's budget of {self.config.steps}")
+            self.config = config
+            text = to_yaml(self.algorithm, config)
+            write_whole(self.folder.config, lambda path: path.write_text(text))
+        runner = Runner(self.algorithm, self.config, self.folder, reporter or SilentReporter())
+        memory.check(memory.estimate(self.algorithm, self.config))
+        state = runner.restore(self._checkpoint)
+        self._champions = runner.run(state).team
+        return self
+
+    def champions(self) -> Team:
+        """Every seed's champion; leaves have a leading seed axis."""
+        if self._champions is None:
+            runner = Runner(self.algorithm, self.config, self.folder, SilentReporter())
+            self._champions = runner.champions(self._checkpoint)
+        return self._champions
+
+
+def train(
+    algorithm: Algorithm,
+    seeds: int | Sequence[int] = 1,
+    steps: float = 2e6,
+    out: Path | str | None = None,
+    reporter: Reporter | None = None,
+    **options: Any,
+) -> Run:
+    """Trains one run per seed, all in one program, into a new folder.
+
+    Args:
+        algorithm: such as `MADyS(env, population=60)`.
+        seeds: how many (0, 1, …), or which.
+        steps: environment steps per seed.
+        out: the run's folder; by default `runs/<algorithm>-<environment>`, numbered if it exists.
+        options: other fields of `RunConfig`.
+
+    Raises:
+        UserError: a value out of range, an existing folder, too little memory, a disk that
+            cannot be written.
+        Interrupted: on Ctrl-C, after saving.
+    """
+    chosen = tuple(range(seeds)) if isinstance(seeds, int) else tuple(seeds)
+    config = RunConfig(seeds=chosen, steps=round(steps), **options)
+    reporter = reporter or SilentReporter()
+    needed = memory.estimate(algorithm, config)
+    reporter.note(
+        f"Needs about {memory.in_gib(needed)} of memory, of {memory.in_gib(memory.available())} free."
+    )
+    memory.check(needed)
+    folder = RunFolder(out if out is not None else free_folder(algorithm))
+    folder.create(to_yaml(algorithm, config))
+    runner = Runner(algorithm, config, folder, reporter)
+    champions = runner.run(runner.start()).team
+    return Run(folder.path, algorithm.env, champions=champions)
+
+
+def free_folder(algorithm: Algorithm, parent: Path = Path("runs")) -> Path:
+    """A folder name that is not taken yet."""
+    name = f"{algorithm.name}-{algorithm.env.name}"
+    number = 1
+    while (path := parent / (name if number == 1 else f"{name}-{number}")).exists():
+        number += 1
+    return path

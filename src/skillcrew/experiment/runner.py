@@ -1,0 +1,158 @@
+"""Runs chunks of jitted generations, and sees to progress, metrics, checkpoints and Ctrl-C."""
+
+import json
+import time
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import numpy as np
+
+from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.experiment import generation
+from skillcrew.experiment.checkpoints import Checkpoints
+from skillcrew.experiment.config import RunConfig
+from skillcrew.experiment.files import write_whole
+from skillcrew.experiment.folder import RunFolder
+from skillcrew.experiment.generation import RunState
+from skillcrew.experiment.interrupts import watch_interrupts
+from skillcrew.experiment.metrics import MetricsLog, read_metrics
+from skillcrew.experiment.progress import Reporter
+from skillcrew.policies.team import Team
+
+
+class Interrupted(Exception):
+    """The run was stopped on request, after everything was saved."""
+
+
+class Runner:
+    """Drives one run from where its state is to the end of its budget.
+
+    Args:
+        algorithm: made for its environment.
+        config: of the run; `steps` may be more than it was before.
+        folder: exists already.
+        reporter: told about progress.
+    """
+
+    def __init__(self, algorithm: Algorithm, config: RunConfig, folder: RunFolder, reporter: Reporter):
+        self.algorithm = algorithm
+        self.config = config
+        self.folder = folder
+        self.reporter = reporter
+        self._log = MetricsLog(config.seeds)
+        self._checkpoints = Checkpoints(folder.checkpoints, config.keep)
+
+    def start(self) -> RunState:
+        """The state before the first generation."""
+        seeds = generation.seeds_of(self.config)
+        return jax.jit(jax.vmap(lambda seed: generation.initial_state(self.algorithm, seed)))(seeds)
+
+    def restore(self, checkpoint: int | None = None) -> RunState:
+        """The state of a checkpoint, by default the latest, with the metrics up to it."""
+        if not self._checkpoints.generations():
+            self.reporter.note("No checkpoint was finished yet: starts from the beginning.")
+            return self.start()
+        like = generation.shapes(self.algorithm, self.config)
+        arrays, has_buffer = self._checkpoints.read(like, checkpoint)
+        if not has_buffer:
+            self.reporter.note(
+                "This checkpoint holds no replay buffer: the run goes on with an empty one, and ends "
+                "otherwise than an uninterrupted run would have."
+            )
+            arrays = {**generation.flat_arrays(self.start()), **arrays}
+        state = generation.from_flat_arrays(arrays, like)
+        reached = int(np.asarray(state.generation)[0])
+        self._log.restore(read_metrics(self.folder.metrics), reached)
+        self.reporter.note(f"Goes on from generation {reached}.")
+        return state
+
+    def champions(self, checkpoint: int | None = None) -> Team:
+        """Every seed's champion of a checkpoint; leaves have a leading seed axis."""
+        like = generation.shapes(self.algorithm, self.config)
+        arrays, _ = self._checkpoints.read(like, checkpoint)
+        return generation.from_flat_arrays(arrays, like, ".team")
+
+    def run(self, state: RunState) -> RunState:
+        """Steps until every seed has lived its budget, then saves.
+
+        Raises:
+            Interrupted: on Ctrl-C or SIGTERM, after saving.
+        """
+        if self._done(state):
+            self.reporter.note("Nothing to do: every seed has lived its budget of steps.")
+            return state
+        compiled = self._compile(state)
+        with watch_interrupts() as interrupts:
+            session = _Session(self._steps_lived(state))
+            while not self._done(state):
+                state, metrics = compiled(state)
+                metrics = {name: np.asarray(values) for name, values in metrics.items()}
+                self._log.add(metrics)
+                self.reporter.update(metrics, session.rate(self._steps_lived(state)))
+                if (
+                    interrupts.requested
+                    or self._done(state)
+                    or session.save_is_due(self.config.checkpoint_seconds)
+                ):
+                    self._save(state, metrics)
+                    session.saved()
+                if interrupts.requested and not self._done(state):
+                    raise Interrupted
+        self._note_timing(
+            {"seconds": session.seconds(), "steps_per_second": session.rate(self._steps_lived(state))}
+        )
+        return state
+
+    def _save(self, state: RunState, metrics: dict[str, np.ndarray]) -> None:
+        # Metrics first: a resumed run drops rows after its checkpoint, but cannot make up missing ones.
+        self._log.write(self.folder.metrics)
+        reached = int(np.asarray(state.generation)[0])
+        rate = float(metrics["success_rate"].mean())
+        self._checkpoints.save(reached, state, rate, self.config.save_buffer)
+
+    def _done(self, state: RunState) -> bool:
+        return bool((np.asarray(state.environment_steps) >= self.config.steps).all())
+
+    def _steps_lived(self, state: RunState) -> int:
+        return int(np.asarray(state.environment_steps).astype(np.int64).sum())
+
+    def _compile(self, state: RunState) -> Callable[[RunState], Any]:
+        """The chunk program with its input donated, so that the buffer is updated in place."""
+        began = time.monotonic()
+        program = jax.jit(lambda runs: generation.chunk(self.algorithm, self.config, runs), donate_argnums=0)
+        compiled = program.lower(state).compile()
+        seconds = time.monotonic() - began
+        self.reporter.note(f"Compiled in {seconds:.1f} s.")
+        self._note_timing({"compile_seconds": seconds})
+        return compiled
+
+    def _note_timing(self, entry: dict[str, float]) -> None:
+        """Adds to the list of what took how long; each session of a resumed run has its own entries."""
+        try:
+            entries = json.loads(self.folder.timing.read_text())
+        except (OSError, ValueError):
+            entries = []
+        text = json.dumps([*entries, {name: round(value, 3) for name, value in entry.items()}], indent=1)
+        write_whole(self.folder.timing, lambda path: path.write_text(text + "\n"))
+
+
+class _Session:
+    """Clock of one uninterrupted stretch of a run."""
+
+    def __init__(self, steps_before: int):
+        self._began = self._saved = time.monotonic()
+        self._steps_before = steps_before
+
+    def seconds(self) -> float:
+        return time.monotonic() - self._began
+
+    def rate(self, steps: int) -> float:
+        """Environment steps per second of all seeds together, so far."""
+        return (steps - self._steps_before) / self.seconds()
+
+    def save_is_due(self, every: float) -> bool:
+        return time.monotonic() - self._saved >= every
+
+    def saved(self) -> None:
+        self._saved = time.monotonic()

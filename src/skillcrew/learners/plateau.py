@@ -1,0 +1,90 @@
+"""When a skill has learned enough: its return has stopped improving."""
+
+import dataclasses
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from skillcrew.errors import UserError
+
+
+@dataclasses.dataclass(frozen=True)
+class PlateauConfig:
+    """Training of a skill stops for good when its return R_k improves no further (thesis, 3.2.3)."""
+
+    enabled: bool = True
+    """False trains every skill to the end of the run."""
+    window: int = 60
+    """Generations without improvement after which a skill stops."""
+    tolerance: float = 0.01
+    """What counts as improvement, as a share of the best return's size."""
+    smoothing: float = 0.9
+    """R_k is measured on few episodes; this is the weight of its past in the running average."""
+
+    def __post_init__(self) -> None:
+        if self.window < 1:
+            raise UserError(f"plateau.window = {self.window}: give at least 1 generation")
+        if self.tolerance < 0:
+            raise UserError(f"plateau.tolerance = {self.tolerance}: give a number of at least 0")
+        if not 0 <= self.smoothing < 1:
+            raise UserError(f"plateau.smoothing = {self.smoothing}: give a number from 0 to below 1")
+
+
+class Plateau(eqx.Module):
+    """How each skill has come along."""
+
+    smoothed: Float[Array, " skills"]
+    """Running average of the return; NaN before the first."""
+    best: Float[Array, " skills"]
+    """Highest running average so far."""
+    waited: Int[Array, " skills"]
+    """Generations since that last improved."""
+    stopped_at: Int[Array, " skills"]
+    """Generation at which training stopped, or -1 while it goes on."""
+
+    @classmethod
+    def create(cls, n_skills: int) -> "Plateau":
+        return cls(
+            jnp.full(n_skills, jnp.nan),
+            jnp.full(n_skills, -jnp.inf),
+            jnp.zeros(n_skills, jnp.int32),
+            jnp.full(n_skills, -1, jnp.int32),
+        )
+
+    @property
+    def stopped(self) -> Bool[Array, " skills"]:
+        """Which skills train no more. Stopping is for good."""
+        return self.stopped_at >= 0
+
+    def observe(
+        self, returns: Float[Array, " skills"], generation: Int[Array, ""], config: PlateauConfig
+    ) -> "Plateau":
+        """Takes in one generation's returns R_k."""
+        first = jnp.isnan(self.smoothed)
+        smoothed = jnp.where(
+            first, returns, config.smoothing * self.smoothed + (1 - config.smoothing) * returns
+        )
+        margin = jnp.where(first, 0.0, config.tolerance * jnp.abs(self.best))
+        improved = smoothed > self.best + margin
+        waited = jnp.where(improved, 0, self.waited + 1)
+        stops = (waited >= config.window) & ~self.stopped & config.enabled
+        return Plateau(
+            smoothed,
+            jnp.where(improved, smoothed, self.best),
+            waited,
+            jnp.where(stops, generation, self.stopped_at),
+        )
+
+
+def mean_return(
+    rewards: Float[Array, "time *any"], lived: Bool[Array, "time *any"], discount: float
+) -> Float[Array, ""]:
+    """R = Σ_n γ^n r(t + n) to the episode's end, averaged over all lived steps t (thesis, 3.2.3).
+
+    The reward at step u counts γ^n for each earlier t = u - n, (1 - γ^(u+1)) / (1 - γ) in all.
+    """
+    steps = jnp.arange(1, rewards.shape[0] + 1, dtype=jnp.float32)
+    weight = (1 - discount**steps) / (1 - discount)
+    weight = weight.reshape(-1, *(1,) * (rewards.ndim - 1))
+    return jnp.where(lived, rewards * weight, 0.0).sum() / lived.sum()

@@ -1,0 +1,28 @@
+"""Deterministic policies over continuous actions; a skill is one of them."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Key
+
+from skillcrew.policies.network import MLP, InputScaling, NetworkConfig, scale_input
+
+
+class Actor(eqx.Module):
+    """From one agent's observation to its primitive action in [-1, 1] (μ_θ, or Π_k for a skill)."""
+
+    network: MLP
+    input_scaling: InputScaling = eqx.field(static=True)
+
+    @classmethod
+    def create(
+        cls, key: Key[Array, ""], observation_size: int, action_size: int, config: NetworkConfig
+    ) -> "Actor":
+        sizes = (observation_size, *config.hidden, action_size)
+        return cls(MLP.create(key, sizes), config.input_scaling)
+
+    def __call__(self, observation: Float[Array, " obs"]) -> Float[Array, " act"]:
+        return jnp.tanh(self.before_squashing(observation))
+
+    def before_squashing(self, observation: Float[Array, " obs"]) -> Float[Array, " act"]:
+        """The action before tanh, unbounded."""
+        return self.network(scale_input(observation, self.input_scaling))

@@ -1,0 +1,67 @@
+"""The feed-forward network under every policy and critic."""
+
+import dataclasses
+import itertools
+from typing import Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Key
+
+from skillcrew.errors import UserError, unknown_name
+
+InputScaling = Literal["sqrt", "none"]
+
+
+@dataclasses.dataclass(frozen=True)
+class NetworkConfig:
+    """Size and input of a feed-forward network."""
+
+    hidden: tuple[int, ...] = (64, 64)
+    """Units of each hidden layer (rectified linear)."""
+    input_scaling: InputScaling = "sqrt"
+    """"sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ and beat logarithms and raw
+    inputs when selectors were evolved on them. "none": as it comes."""
+
+    def __post_init__(self) -> None:
+        if not self.hidden or any(not isinstance(size, int) or size < 1 for size in self.hidden):
+            raise UserError(f"hidden = {self.hidden}: give at least one layer, each of at least 1 unit")
+        if self.input_scaling not in ("sqrt", "none"):
+            raise unknown_name("input_scaling", str(self.input_scaling), ("sqrt", "none"))
+
+
+def scale_input(x: Float[Array, "*any"], scaling: InputScaling) -> Float[Array, "*any"]:
+    """Brings observations to the scale on which networks learn; see `NetworkConfig.input_scaling`."""
+    return 2 * jnp.sign(x) * jnp.sqrt(jnp.abs(x)) if scaling == "sqrt" else x
+
+
+class MLP(eqx.Module):
+    """Rectified linear layers and a linear last one. Stack many by `jax.vmap(MLP.create…)`.
+
+    Weights are normal with variance 2/inputs (He), so that activations keep their scale through
+    rectified layers; the last layer's have variance 1/inputs; biases start at 0.
+    """
+
+    weights: tuple[Float[Array, "..."], ...]
+    biases: tuple[Float[Array, "..."], ...]
+
+    @classmethod
+    def create(cls, key: Key[Array, ""], sizes: tuple[int, ...]) -> "MLP":
+        """Draws a network with `sizes` = (inputs, hidden…, outputs)."""
+        shapes = list(itertools.pairwise(sizes))
+        # One draw for all layers: each random operation of its own takes XLA long to compile.
+        draw = jax.random.normal(key, (sum(inputs * outputs for inputs, outputs in shapes),))
+        weights, start = [], 0
+        for layer, (inputs, outputs) in enumerate(shapes):
+            is_last = layer == len(shapes) - 1
+            deviation = inputs**-0.5 if is_last else (2 / inputs) ** 0.5
+            weights.append(deviation * draw[start : start + inputs * outputs].reshape(inputs, outputs))
+            start += inputs * outputs
+        return cls(tuple(weights), tuple(jnp.zeros(size) for size in sizes[1:]))
+
+    def __call__(self, x: Float[Array, " inputs"]) -> Float[Array, " outputs"]:
+        *hidden, last = zip(self.weights, self.biases, strict=True)
+        for weight, bias in hidden:
+            x = jax.nn.relu(x @ weight + bias)
+        return x @ last[0] + last[1]

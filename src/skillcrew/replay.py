@@ -1,0 +1,111 @@
+"""The shared replay buffer: every agent's transitions from every team, for every skill learner.
+
+Storage and sampling are flashbax's. A transition is kept as one row of numbers, because reading
+random rows is what a learner waits for, and one row is one or two cache lines where separate
+fields would be six. Adding differs from flashbax's in one way: rows that were never lived are
+left out, in place and without compacting them first.
+"""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from flashbax.buffers import trajectory_buffer as flashbax
+from jaxtyping import Array, Bool, Float, Int, Key
+
+from skillcrew.rollout import Trajectories
+
+
+class Transitions(eqx.Module):
+    """⟨s, a, s', r, g, terminated⟩ of single agents (thesis, section 3.2.2)."""
+
+    observation: Float[Array, "*batch obs"]
+    action: Float[Array, "*batch act"]
+    next_observation: Float[Array, "*batch obs"]
+    local_rewards: Float[Array, "*batch skills"]
+    team_reward: Float[Array, "*batch"]
+    terminated: Float[Array, "*batch"]
+    """1 where the task was done: nothing to bootstrap. A time limit leaves 0."""
+
+
+class ReplayBuffer:
+    """A cyclic buffer of `capacity` transitions: once full, the oldest are overwritten."""
+
+    def __init__(self, capacity: int, observation_size: int, action_size: int, n_skills: int):
+        self.capacity = capacity
+        self._sizes = (observation_size, action_size, observation_size, n_skills, 1, 1)
+
+    @property
+    def width(self) -> int:
+        """Numbers per transition."""
+        return sum(self._sizes)
+
+    def init(self) -> Any:
+        """An empty buffer, a flashbax `TrajectoryBufferState`."""
+        return flashbax.init(jnp.zeros(self.width), add_batch_size=1, max_length_time_axis=self.capacity)
+
+    def size(self, state: Any) -> Int[Array, ""]:
+        """Transitions held."""
+        return jnp.where(state.is_full, self.capacity, state.current_index)
+
+    def add(self, state: Any, transitions: Transitions, lived: Bool[Array, " items"]) -> Any:
+        """Adds the transitions that were lived, in order, and leaves out the padding.
+
+        Args:
+            transitions: with one leading axis of at most `capacity` items.
+            lived: False for padding.
+        """
+        rows = self._pack(transitions)
+        if rows.shape[0] > self.capacity:
+            raise ValueError(f"{rows.shape[0]} transitions do not fit a buffer of {self.capacity}")
+        end = state.current_index + jnp.cumsum(lived, dtype=jnp.int32)
+        # Padding is sent beyond the end of the buffer, where the scatter drops it.
+        place = jnp.where(lived, (end - 1) % self.capacity, self.capacity)
+        experience = state.experience.at[0, place].set(rows, mode="drop")
+        return state.replace(
+            experience=experience,
+            current_index=end[-1] % self.capacity,
+            is_full=state.is_full | (end[-1] >= self.capacity),
+        )
+
+    def sample(self, state: Any, key: Key[Array, ""], batch: int) -> Transitions:
+        """Draws `batch` transitions uniformly, with replacement. The buffer must not be empty."""
+        rows = flashbax.sample(state, key, batch, sequence_length=1, period=1).experience
+        return self._unpack(rows[:, 0])
+
+    def _pack(self, transitions: Transitions) -> Float[Array, "items width"]:
+        fields = (
+            transitions.observation,
+            transitions.action,
+            transitions.next_observation,
+            transitions.local_rewards,
+            transitions.team_reward[:, None],
+            transitions.terminated[:, None],
+        )
+        return jnp.concatenate(fields, axis=1)
+
+    def _unpack(self, rows: Float[Array, "batch width"]) -> Transitions:
+        ends = [sum(self._sizes[: field + 1]) for field in range(len(self._sizes) - 1)]
+        *wide, team_reward, terminated = jnp.split(rows, ends, axis=1)
+        return Transitions(*wide, team_reward[:, 0], terminated[:, 0])
+
+
+def transitions_of(lived: Trajectories) -> tuple[Transitions, Bool[Array, " items"]]:
+    """Every agent's transitions in one row each, and which of them were lived."""
+    time, worlds, agents = lived.choice.shape
+
+    def per_agent(of_world: Array) -> Array:
+        return jnp.broadcast_to(of_world[:, :, None], (time, worlds, agents)).reshape(-1)
+
+    def flat(of_agent: Array) -> Array:
+        return of_agent.reshape(time * worlds * agents, -1)
+
+    transitions = Transitions(
+        observation=flat(lived.observation),
+        action=flat(lived.action),
+        next_observation=flat(lived.next_observation),
+        local_rewards=flat(lived.local_rewards),
+        team_reward=per_agent(lived.team_reward),
+        terminated=per_agent(lived.terminated).astype(jnp.float32),
+    )
+    return transitions, per_agent(lived.lived)

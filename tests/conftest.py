@@ -1,0 +1,42 @@
+"""Settings that must stand before `skillcrew` is imported, and that every test runs under."""
+
+import functools
+import os
+from types import ModuleType
+
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
+
+import flashbax.buffers.trajectory_buffer
+import jax
+import optax.tree
+from hypothesis import HealthCheck, settings
+from jaxtyping import install_import_hook
+
+# Checks each annotated shape and type at every call. It rewrites modules while they are imported,
+# so it has to come first; users never pay for it.
+install_import_hook("skillcrew", "beartype.beartype")
+
+# A float mixed with an int, or a vector added to a matrix, is a mistake more often than meant.
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+jax.config.update("jax_numpy_rank_promotion", "raise")
+
+
+def _spare(module: ModuleType, name: str) -> None:
+    """Exempts a function of another library, which relies on JAX's usual promotion."""
+    function = getattr(module, name)
+
+    @functools.wraps(function)
+    def spared(*args, **kwargs):
+        with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+            return function(*args, **kwargs)
+
+    setattr(module, name, spared)
+
+
+_spare(optax.tree, "bias_correction")  # Adam: decay ** count, a float and an int.
+_spare(flashbax.buffers.trajectory_buffer, "sample")  # starts[:, None] + arange.
+
+# Compiling for the first example takes seconds: no deadline, and slow is not unhealthy.
+settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("ci", settings.get_profile("default"), derandomize=True)
+settings.load_profile("ci" if os.environ.get("CI") == "true" else "default")

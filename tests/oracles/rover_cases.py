@@ -1,0 +1,209 @@
+"""Rover Domains that between them use every option, random worlds in them, and the oracle's answers.
+
+All arrays have the world axis last, as in `Environment.step_worlds`. A configuration is compiled once per
+process, because compiling is what makes these tests slow.
+"""
+
+import dataclasses
+import functools
+import itertools
+import math
+from typing import Any
+
+import jax
+import numpy as np
+
+from oracles import rover
+from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.world import RoverDomain, RoverState
+
+# The published values, written out again so that a changed default is noticed.
+DEFAULTS: dict[str, Any] = dict(
+    n_agents=1, n_poi_types=2, pois_per_type=1, poi_values=None, spatial_coupling=1, parents=None,
+    episode_length=50, world_size=20.0, bounded=False, max_turn=math.pi, max_speed=1.0,
+    activation_distance=2.0, min_distance=1.0, sensor="density", sensor_resolution=90,
+    observation_radius=None, observed_pois="persist", team_reward="binary",
+)  # fmt: skip
+
+# Counts differ from one another wherever they can, so that no two axes can be mistaken for each other.
+CASES: dict[str, dict[str, Any]] = {
+    "lone rover": dict(pois_per_type=3, world_size=12.0, observed_pois="vanish"),
+    "thesis t3 c2": dict(n_agents=4, n_poi_types=3, spatial_coupling=2, episode_length=70),
+    "occluded 45": dict(
+        n_agents=3, pois_per_type=2, poi_values=(2.0, 0.5), spatial_coupling=2, sensor="closest",
+        sensor_resolution=45, world_size=9.0, min_distance=0.5,
+    ),
+    "graph 120": dict(
+        n_agents=5, n_poi_types=4, pois_per_type=2, poi_values=(1.0, 3.0, 0.5, 2.0), spatial_coupling=2,
+        parents={"C": ("A", "B"), "D": ()}, sensor_resolution=120, team_reward="fraction", episode_length=9,
+    ),
+    "vanish 180": dict(
+        n_agents=2, n_poi_types=3, pois_per_type=2, poi_values=(0.7, 1.0, 4.0),
+        parents={"A": ("C",), "B": ("A", "C")},
+        observed_pois="vanish", observation_radius=5.0, bounded=True, sensor_resolution=180,
+        team_reward="fraction", world_size=8.0,
+    ),
+    "vanish occluded 360": dict(
+        n_agents=3, n_poi_types=4, spatial_coupling=2, parents={"B": ("D",), "A": ("B",)}, sensor="closest",
+        observed_pois="vanish", observation_radius=6.0, sensor_resolution=360, episode_length=1,
+    ),
+    "six in threes": dict(
+        n_agents=6, spatial_coupling=3, max_turn=1.0, max_speed=2.5, activation_distance=3.0, world_size=10.0,
+        bounded=True, sensor_resolution=72, parents={"A": ("B",)}, team_reward="fraction",
+    ),
+}  # fmt: skip
+
+BORDER = 1e-4
+"""Metres from a border (of a sector, the radius, the activation distance) at which float32 may differ."""
+
+
+WORLDS = 80
+"""Worlds in a batch; always the same number, since each number is another compilation."""
+
+# For functions whose own optimised form is compared with the oracle elsewhere: compiles in half the time.
+quick_jit = functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
+
+
+@functools.cache
+def environment(case: str) -> RoverDomain:
+    return RoverDomain(RoverConfig(**CASES[case]))
+
+
+@functools.cache
+def compiled_step(case: str):
+    return jax.jit(environment(case).step_worlds)
+
+
+@functools.cache
+def compiled_reset(case: str):
+    return jax.jit(environment(case).reset_worlds)
+
+
+def oracle_world(**fields: Any) -> rover.World:
+    """The oracle's rules for the fields of a `RoverConfig`, worked out apart from it."""
+    given = {**DEFAULTS, **fields}
+    letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"[: given["n_poi_types"]]
+    values = given["poi_values"] or (1.0,) * len(letters)
+    kinds = [kind for kind in range(len(letters)) for _ in range(given["pois_per_type"])]
+    chain = {after: (before,) for before, after in itertools.pairwise(letters)}
+    graph = chain if given["parents"] is None else given["parents"]
+    return rover.World(
+        n_agents=given["n_agents"],
+        poi_types=tuple(kinds),
+        poi_values=tuple(values[kind] for kind in kinds),
+        coupling=given["spatial_coupling"],
+        parents=tuple(tuple(letters.index(p) for p in graph.get(letter, ())) for letter in letters),
+        episode_length=given["episode_length"],
+        world_size=given["world_size"],
+        bounded=given["bounded"],
+        max_turn=given["max_turn"],
+        max_speed=given["max_speed"],
+        activation_distance=given["activation_distance"],
+        min_distance=given["min_distance"],
+        closest_only=given["sensor"] == "closest",
+        n_sectors=360 // given["sensor_resolution"],
+        radius=given["observation_radius"],
+        vanish=given["observed_pois"] == "vanish",
+        fraction=given["team_reward"] == "fraction",
+    )
+
+
+def random_observed(world: rover.World, rng: np.random.Generator, meeting: int) -> np.ndarray:
+    """Which POIs were observed: in a fair share of worlds, all types but that of the meeting place."""
+    if rng.random() < 0.25:
+        return np.array([kind != world.poi_types[meeting] for kind in world.poi_types])
+    return rng.random(world.n_pois) < rng.choice([0.0, 0.3, 0.7])
+
+
+def random_states(world: rover.World, rng: np.random.Generator, worlds: int = WORLDS) -> RoverState:
+    """States in which much happens: most rovers near one POI, the episode often about to end."""
+    size = world.world_size
+    pois = rng.uniform(0, size, (world.n_pois, 2, worlds))
+    position = rng.uniform(0, size, (world.n_agents, 2, worlds))
+    observed = np.zeros((world.n_pois, worlds), bool)
+    time = rng.integers(0, world.episode_length, worlds)
+    for w in range(worlds):
+        meeting = rng.integers(world.n_pois)
+        for agent in range(world.n_agents):
+            if rng.random() < 0.75:
+                angle, reach = rng.uniform(0, 2 * np.pi), rng.uniform(0, 1.3 * world.activation_distance)
+                position[agent, :, w] = pois[meeting, :, w] + reach * np.array([np.cos(angle), np.sin(angle)])
+        observed[:, w] = random_observed(world, rng, meeting)
+        if rng.random() < 0.3:
+            time[w] = world.episode_length - 1
+    return RoverState(
+        position=jax.numpy.asarray(position, "float32"),
+        heading=jax.numpy.asarray(rng.uniform(-np.pi, np.pi, (world.n_agents, worlds)), "float32"),
+        poi_position=jax.numpy.asarray(pois, "float32"),
+        observed=jax.numpy.asarray(observed),
+        time=jax.numpy.asarray(time, "int32"),
+    )
+
+
+def random_actions(world: rover.World, rng: np.random.Generator, worlds: int = WORLDS) -> jax.Array:
+    """Some beyond [-1, 1], which are to be clipped."""
+    return jax.numpy.asarray(rng.uniform(-1.3, 1.3, (world.n_agents, 2, worlds)), "float32")
+
+
+def one_world(states: RoverState, w: int) -> rover.State:
+    return rover.State(
+        position=np.asarray(states.position, np.float64)[..., w],
+        heading=np.asarray(states.heading, np.float64)[..., w],
+        poi_position=np.asarray(states.poi_position, np.float64)[..., w],
+        observed=np.asarray(states.observed)[..., w],
+        time=int(states.time[w]),
+    )
+
+
+def gap_to_borders(world: rover.World, state: rover.State) -> float:
+    """How far, in metres, the state is from one that rounding could turn into another outcome."""
+    gap = math.inf
+    width = 2 * math.pi / world.n_sectors
+    for agent in range(world.n_agents):
+        here = state.position[agent]
+        others = [state.position[other] for other in range(world.n_agents) if other != agent]
+        for there in [*others, *state.poi_position]:
+            distance = rover.distance_between(here, there)
+            gap = min(gap, abs(distance - world.activation_distance))
+            if world.radius is not None:
+                gap = min(gap, abs(distance - world.radius))
+            if world.n_sectors > 1:
+                beyond = rover.bearing_of(here, state.heading[agent], there) % width
+                gap = min(gap, distance * math.sin(min(beyond, width - beyond, math.pi / 2)))
+    return gap
+
+
+@dataclasses.dataclass
+class Answers:
+    """What the oracle says of one step of many worlds, leaving out those too close to a border."""
+
+    kept: np.ndarray
+    """Which worlds were far enough from every border."""
+    before: list[rover.State]
+    after: list[rover.State]
+    outcomes: list[rover.Outcome]
+
+    def of_after(self, field: str) -> np.ndarray:
+        return np.stack([np.asarray(getattr(state, field)) for state in self.after], axis=-1)
+
+    def of_outcome(self, field: str) -> np.ndarray:
+        return np.stack([np.asarray(getattr(outcome, field)) for outcome in self.outcomes], axis=-1)
+
+    def local_rewards(self, skills: tuple[str, ...]) -> np.ndarray:
+        """Agents, skills, worlds, in the order of the skills' names."""
+        per_world = [[outcome.local_rewards[skill] for skill in skills] for outcome in self.outcomes]
+        return np.array(per_world).transpose(2, 1, 0)
+
+
+def answers(world: rover.World, states: RoverState, actions: jax.Array) -> Answers:
+    kept = np.zeros(actions.shape[-1], bool)
+    said = Answers(kept, [], [], [])
+    for w in range(len(kept)):
+        before = one_world(states, w)
+        after, outcome = rover.step(world, before, np.asarray(actions, np.float64)[..., w])
+        if gap_to_borders(world, after) > BORDER:
+            kept[w] = True
+            said.before.append(before)
+            said.after.append(after)
+            said.outcomes.append(outcome)
+    return said

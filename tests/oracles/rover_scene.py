@@ -1,0 +1,65 @@
+"""A Rover Domain in which a test puts everything in its place by hand."""
+
+import math
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from oracles import rover
+from oracles.rover_cases import one_world, oracle_world, quick_jit
+from skillcrew.envs.environment import TimeStep
+from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.world import RoverDomain, RoverState
+
+STAND = (0.0, -1.0)
+"""The action that neither turns nor drives."""
+AHEAD = (0.0, 1.0)
+"""The action that drives as far as possible along the heading."""
+FAR = (900.0, 900.0)
+"""A place from which nothing is near."""
+
+
+class Scene:
+    """One configuration, compiled once, however many states are put into it."""
+
+    def __init__(self, **fields: Any):
+        self.env = RoverDomain(RoverConfig(**fields))
+        self.world: rover.World = oracle_world(**fields)
+        self._step = quick_jit(self.env.step)
+
+    def state(
+        self, rovers: Any, pois: Any, headings: Any = None, observed: Any = None, time: int = 0
+    ) -> RoverState:
+        agents, n_pois = self.world.n_agents, self.world.n_pois
+        return RoverState(
+            position=jnp.asarray(rovers, jnp.float32).reshape(agents, 2),
+            heading=jnp.zeros(agents) if headings is None else jnp.asarray(headings, jnp.float32),
+            poi_position=jnp.asarray(pois, jnp.float32).reshape(n_pois, 2),
+            observed=jnp.zeros(n_pois, bool) if observed is None else jnp.asarray(observed, bool),
+            time=jnp.asarray(time, jnp.int32),
+        )
+
+    def step(self, state: RoverState, *actions: tuple[float, float]) -> tuple[RoverState, TimeStep]:
+        """One action per rover; every rover stands if none is given."""
+        given = actions or (STAND,) * self.world.n_agents
+        return self._step(state, jnp.asarray(given, jnp.float32), jax.random.key(0))
+
+    def oracle_state(self, state: RoverState) -> rover.State:
+        return one_world(jax.tree.map(lambda leaf: leaf[..., None], state), 0)
+
+    def sensed(self, state: RoverState, agent: int = 0) -> np.ndarray:
+        """What one rover senses after a step in which all stood: sectors, channels."""
+        _, step = self.step(state)
+        return np.asarray(step.observation[agent]).reshape(self.world.n_sectors, -1)
+
+    def rewards(self, step: TimeStep, skill: str) -> list[float]:
+        """One reward per rover."""
+        return np.asarray(step.local_rewards)[:, self.env.skills.index(skill)].tolist()
+
+
+def around(place: tuple[float, float], degrees: float, distance: float) -> tuple[float, float]:
+    """The place at a bearing, counter-clockwise from the x axis, and a distance in metres."""
+    angle = math.radians(degrees)
+    return place[0] + distance * math.cos(angle), place[1] + distance * math.sin(angle)
