@@ -2,4 +2,4 @@
 
 from benchmarks.stepping import main
 
-main()
+raise SystemExit(main())

@@ -6,6 +6,7 @@ fields would be six. Adding differs from flashbax's in one way: rows that were n
 left out, in place and without compacting them first.
 """
 
+import dataclasses
 from typing import Any
 
 import equinox as eqx
@@ -42,7 +43,9 @@ class ReplayBuffer:
 
     def init(self) -> Any:
         """An empty buffer, a flashbax `TrajectoryBufferState`."""
-        return flashbax.init(jnp.zeros(self.width), add_batch_size=1, max_length_time_axis=self.capacity)
+        empty = flashbax.init(jnp.zeros(self.width), add_batch_size=1, max_length_time_axis=self.capacity)
+        # Of a definite type, or a restored run would be another program than the uninterrupted one.
+        return dataclasses.replace(empty, current_index=jnp.zeros((), jnp.int32))
 
     def size(self, state: Any) -> Int[Array, ""]:
         """Transitions held."""
@@ -62,7 +65,8 @@ class ReplayBuffer:
         # Padding is sent beyond the end of the buffer, where the scatter drops it.
         place = jnp.where(lived, (end - 1) % self.capacity, self.capacity)
         experience = state.experience.at[0, place].set(rows, mode="drop")
-        return state.replace(
+        return dataclasses.replace(
+            state,
             experience=experience,
             current_index=end[-1] % self.capacity,
             is_full=state.is_full | (end[-1] >= self.capacity),

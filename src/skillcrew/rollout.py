@@ -17,16 +17,16 @@ Policy = Callable[[Array, PyTree, Array], tuple[Array, PyTree, Array]]
 class Trajectories(eqx.Module):
     """What was lived in a batch of worlds, one episode each. Steps after an episode's end are padding."""
 
-    observation: Float[Array, "time worlds agents obs"]
+    observation: Float[Array, "*time worlds agents obs"]
     """Before the action."""
-    action: Float[Array, "time worlds agents act"]
-    next_observation: Float[Array, "time worlds agents obs"]
+    action: Float[Array, "*time worlds agents act"]
+    next_observation: Float[Array, "*time worlds agents obs"]
     """After the action, of the same episode."""
-    local_rewards: Float[Array, "time worlds agents skills"]
-    team_reward: Float[Array, "time worlds"]
-    terminated: Bool[Array, "time worlds"]
-    choice: Int[Array, "time worlds agents"]
-    lived: Bool[Array, "time worlds"]
+    local_rewards: Float[Array, "*time worlds agents skills"]
+    team_reward: Float[Array, "*time worlds"]
+    terminated: Bool[Array, "*time worlds"]
+    choice: Int[Array, "*time worlds agents"]
+    lived: Bool[Array, "*time worlds"]
     """False for padding."""
 
     def team_return(self) -> Float[Array, " worlds"]:
@@ -67,7 +67,12 @@ class Start(eqx.Module):
 
 
 def rollout(
-    env: Environment, policy: Policy, memory: PyTree, start: Start, key: Key[Array, ""], noise: float = 0.0
+    env: Environment,
+    policy: Policy,
+    memory: PyTree,
+    start: Start,
+    key: Key[Array, ""],
+    noise: Float[Array, ""] | float = 0.0,
 ) -> Trajectories:
     """Lives one episode in each world.
 
@@ -77,8 +82,9 @@ def rollout(
         memory: the policy's memory at the start, of all worlds.
         start: the worlds.
         noise: standard deviation of Gaussian noise on the primitive action, which is then
-            clipped to [-1, 1].
+            clipped to [-1, 1]. A literal 0 spares drawing it.
     """
+    is_noisy = not (isinstance(noise, float) and noise == 0)
     worlds = start.observation.shape[-1]
 
     def live_one_step(carry, keys):
@@ -86,7 +92,7 @@ def rollout(
         key_policy, key_noise, key_env = keys
         seen = jnp.moveaxis(observation, -1, 0)
         action, memory, choice = policy(seen, memory, jax.random.split(key_policy, worlds))
-        if noise:
+        if is_noisy:
             action = jnp.clip(action + noise * jax.random.normal(key_noise, action.shape), -1.0, 1.0)
         state, step = env.step_worlds(state, jnp.moveaxis(action, 0, -1), jax.random.split(key_env, worlds))
         lived = Trajectories(

@@ -1,6 +1,6 @@
 """What every algorithm offers, whatever it evolves and whatever it learns by gradient."""
 
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from jaxtyping import Array, Key, PyTree
 
@@ -8,6 +8,7 @@ from skillcrew.envs.environment import Environment
 from skillcrew.policies.team import Team
 
 
+@runtime_checkable
 class Algorithm(Protocol):
     """`init(key) -> state`, `step(state) -> (state, metrics)`, `team(state) -> Team`; all pure.
 

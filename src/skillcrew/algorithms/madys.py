@@ -36,22 +36,25 @@ class MADySConfig:
     """Teams of selectors (M)."""
     episodes: int = 10
     """Evaluation episodes per team and generation (num_envs); all teams meet the same ones."""
-    probe_episodes: int = 2
+    probe_episodes: int = 5
     """Episodes per skill and generation in which all agents use that skill alone: they measure
     its return R_k. They count as environment steps and enter the buffer like all others."""
     updates: int = 100
     """Critic updates per skill and generation; a multiple of learner.policy_delay."""
-    exploration_noise: float = 0.1
-    """Standard deviation of the noise on primitive actions while teams are evaluated."""
+    exploration_noise: float = 0.3
+    """Standard deviation of the noise on primitive actions while teams are evaluated, until all skills
+    have stopped learning. Measured: skills learned with 0.3 bring a perfect selector to 0.96 of
+    rover-t2-c1 within 30 steps, with 0.1 to 0.83."""
     buffer_capacity: int = 300_000
     """Transitions that the shared buffer holds; a transition is of one agent."""
     skills: tuple[str, ...] | None = None
     """Skills to choose among, by name. Default: all that the environment has."""
-    selector: NetworkConfig = dataclasses.field(default_factory=NetworkConfig)
-    """The selectors' network."""
+    selector: NetworkConfig = dataclasses.field(default_factory=lambda: NetworkConfig(hidden=(64,)))
+    """The selectors' network. Evolved on trained skills, one hidden layer of 64 reached 0.78 where two
+    reached 0.65 in the same 0.75 M steps."""
     evolution: EvolutionConfig = dataclasses.field(default_factory=EvolutionConfig)
     """How teams of selectors evolve."""
-    learner: TD3Config = dataclasses.field(default_factory=lambda: TD3Config(saturation_penalty=0.01))
+    learner: TD3Config = dataclasses.field(default_factory=lambda: TD3Config(saturation_penalty=0.003))
     """How skills learn. Without the saturation penalty about every third "go to" skill turns in
     circles for a million steps: the extremes of the turn are one and the same heading."""
     plateau: PlateauConfig = dataclasses.field(default_factory=PlateauConfig)
@@ -196,7 +199,9 @@ class MADyS:
         )
         policy = side_by_side(of_teams, of_probes, config.population * config.episodes)
         worlds = start.repeat(config.population).join(start.first(config.probe_episodes).repeat(n_skills))
-        lived = rollout(self.env, policy, ((), ()), worlds, key, config.exploration_noise)
+        # Noise is there for the skills to learn from; once all have stopped it would only blur fitness.
+        noise = jnp.where(state.plateau.stopped.all(), 0.0, config.exploration_noise)
+        lived = rollout(self.env, policy, ((), ()), worlds, key, noise)
         if self._skill_indices == tuple(range(len(self.env.skills))):
             return lived
         return dataclasses.replace(

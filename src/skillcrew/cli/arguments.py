@@ -1,9 +1,13 @@
 """How values are written on the command line: counts, seeds, parent graphs."""
 
+import decimal
 import re
 from collections.abc import Mapping, Sequence
 
 from skillcrew.errors import UserError
+
+MOST_SEEDS = 1000
+"""More in one program is a slip of the keyboard."""
 
 
 class Seeds(tuple[int, ...]):
@@ -17,12 +21,12 @@ def parse_count(text: str) -> int:
         UserError: no whole number.
     """
     try:
-        number = float(text)
-        if number != int(number):
+        number = decimal.Decimal(text)
+        if number != number.to_integral_value():
             raise ValueError
-    except (ValueError, OverflowError):
+        return int(number)
+    except (ValueError, OverflowError, decimal.InvalidOperation):
         raise UserError(f"'{text}': give a whole number, such as 500000 or 5e5") from None
-    return int(number)
 
 
 def parse_seeds(text: str) -> Seeds:
@@ -35,15 +39,22 @@ def parse_seeds(text: str) -> Seeds:
         count = int(text)
         if count < 1:
             raise UserError("--seeds 0: give at least one seed")
+        _check_count(count, text)
         return Seeds(range(count))
     if match := re.fullmatch(r"(\d+)\.\.(\d+)", text):
         first, last = int(match[1]), int(match[2])
         if last < first:
             raise UserError(f"--seeds {text}: the last seed is below the first")
+        _check_count(last - first + 1, text)
         return Seeds(range(first, last + 1))
     if re.fullmatch(r"\d+(,\d+)+,?|\d+,", text):
         return Seeds(int(part) for part in text.split(",") if part)
     raise UserError(f"--seeds {text}: give a count (5), a range (2000..2004) or a list (1,5,9)")
+
+
+def _check_count(count: int, text: str) -> None:
+    if count > MOST_SEEDS:
+        raise UserError(f"--seeds {text}: {count} runs in one program; give at most {MOST_SEEDS}")
 
 
 def parse_parents(text: str) -> dict[str, tuple[str, ...]] | None:

@@ -29,6 +29,7 @@ def run(words: list[str]) -> int:
     """Prints each seed's success rate and the mean over seeds, with 95 % intervals."""
     places = take_places(words, ("RUN",), USAGE)
     if places is None:
+        parse_options(EvaluateOptions, ["--help"], EvaluateOptions(), "skillcrew evaluate RUN", USAGE)
         return 0
     options = parse_options(
         EvaluateOptions, words[1:], EvaluateOptions(), f"skillcrew evaluate {words[0]}", USAGE

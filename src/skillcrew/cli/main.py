@@ -31,7 +31,6 @@ def run_command(words: list[str]) -> int:
     try:
         if words[0] not in COMMANDS:
             raise unknown_name("command", words[0], COMMANDS)
-        # Imported only now, so that a misspelt command does not wait for JAX.
         return importlib.import_module(f"skillcrew.cli.{words[0]}").run(words[1:])
     except UserError as error:
         print(f"skillcrew: {error}", file=sys.stderr)

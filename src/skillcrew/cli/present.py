@@ -11,7 +11,7 @@ from skillcrew.intervals import Interval
 
 
 def take_places(words: Sequence[str], places: tuple[str, ...], usage: str) -> list[str] | None:
-    """The words that must come first, or None after printing the usage on `--help`.
+    """The words that must come first, or None where `--help` is asked for instead.
 
     Raises:
         UserError: one is missing.
@@ -19,7 +19,6 @@ def take_places(words: Sequence[str], places: tuple[str, ...], usage: str) -> li
     given = []
     for place, word in zip(places, [*words, *[None] * len(places)], strict=False):
         if word in ("-h", "--help"):
-            print(usage)
             return None
         if word is None or word.startswith("-"):
             raise UserError(f"{place} is missing; {usage.splitlines()[0]}")

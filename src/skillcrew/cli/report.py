@@ -35,6 +35,7 @@ def run(words: list[str]) -> int:
     """Writes the figures and says where they are."""
     places = take_places(words, ("RUN",), USAGE)
     if places is None:
+        parse_options(ReportOptions, ["--help"], ReportOptions(), "skillcrew report RUN", USAGE)
         return 0
     options = parse_options(ReportOptions, words[1:], ReportOptions(), f"skillcrew report {words[0]}", USAGE)
     reported = Run(places[0], checkpoint=options.checkpoint)

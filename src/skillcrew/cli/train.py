@@ -57,6 +57,7 @@ def run(words: list[str]) -> int:
         return _train_from_file(words[1:])
     names = take_places(words, ("ALGORITHM", "ENVIRONMENT"), usage())
     if names is None:
+        print(usage())
         return 0
     algorithm_name, environment_name = names
     kind = algorithm_class(algorithm_name)
@@ -95,6 +96,8 @@ def _train_from_file(words: list[str]) -> int:
 
 def train_and_report(algorithm: Any, options: RunOptions) -> int:
     """Runs to the end of the budget, scores the champions, and draws the report."""
+    if options.report_episodes < 1:
+        raise UserError(f"report_episodes = {options.report_episodes}: give at least 1")
     out = options.out or free_folder(algorithm)
     reporter = make_reporter(options.steps, tuple(options.seeds))
     reporter.note(

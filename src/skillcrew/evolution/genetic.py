@@ -32,7 +32,8 @@ class EvolutionConfig:
     lineage_memory: float = 10.0
     """Evaluations that an individual's mean fitness remembers; 1 ranks by the last one alone."""
     lineage_inheritance: float = 0.2
-    """Share of its parent's evaluations that a changed child starts with."""
+    """Share of its parent's evaluations that a changed child starts with. Measured: at 0.6 children
+    cannot outrank their parents soon enough."""
     mutation: MutationConfig = dataclasses.field(default_factory=MutationConfig)
     """How children change."""
 

@@ -2,7 +2,7 @@
 
 With ten episodes of a binary reward a mediocre individual looks perfect now and then, and among
 forty individuals one of them almost always does. An individual's standing is therefore the mean
-of all its evaluations, an elite's over its generations; a child starts with a share of its
+of all its evaluations, an elite's over its generations; a child can start with a share of its
 parent's standing, as so many evaluations that it need not live through again.
 """
 

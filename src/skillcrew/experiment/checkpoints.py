@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import shutil
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -89,6 +90,12 @@ class Checkpoints:
             )
         return restored["state"], about["buffer"]
 
+    def discard_after(self, generation: int) -> None:
+        """Deletes the checkpoints after one that a run goes on from, for the run to write anew."""
+        for later in self.generations():
+            if later > generation:
+                shutil.rmtree(self.folder / str(later))
+
     def _existing(self, generation: int | None) -> int:
         found = self.generations()
         if not found:
@@ -107,15 +114,19 @@ class Checkpoints:
         logging.getLogger("absl").setLevel(logging.ERROR)
         keep = [
             policies.LatestN(self._keep),
-            policies.BestN(get_metric_fn=lambda metrics: metrics["success_rate"], n=1),
+            policies.BestN(get_metric_fn=_success_rate, n=1),
         ]
         options = ocp.CheckpointManagerOptions(
+            # Orbax stores metrics only where it is told how to read them.
+            best_fn=_success_rate,
             preservation_policy=policies.AnyPreservationPolicy(keep),
             enable_async_checkpointing=False,
             cleanup_tmp_directories=True,
         )
+        # Named handlers, so that a manager that saved nothing itself can read what is there.
+        handlers = {"state": ocp.StandardCheckpointHandler(), "about": ocp.JsonCheckpointHandler()}
         with ocp.CheckpointManager(
-            self.folder.absolute(), options=options, item_names=("state", "about")
+            self.folder.absolute(), options=options, item_handlers=handlers
         ) as manager:
             yield manager
 
@@ -133,6 +144,10 @@ class Checkpoints:
                 else "there is no other to go on from"
             )
             raise UserError(f"{place}: damaged or not a checkpoint of skillcrew; {mend}") from error
+
+
+def _success_rate(metrics: dict[str, float]) -> float:
+    return metrics["success_rate"]
 
 
 def _check_version(about: Any, place: Path) -> None:

@@ -14,6 +14,9 @@ from skillcrew.envs.presets import make, preset
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.errors import UserError, unknown_name
 
+MOST_STEPS = 2_000_000_000
+"""Steps are counted in 32 bits, and a last generation goes beyond the budget."""
+
 
 @dataclasses.dataclass(frozen=True)
 class RunConfig:
@@ -35,12 +38,16 @@ class RunConfig:
     """False leaves the replay buffer out of checkpoints: small ones, but a resumed run differs."""
 
     def __post_init__(self) -> None:
-        if not self.seeds or len(set(self.seeds)) != len(self.seeds) or min(self.seeds) < 0:
-            raise UserError(f"seeds = {list(self.seeds)}: give at least one, each once and not negative")
+        if not self.seeds or len(set(self.seeds)) != len(self.seeds):
+            raise UserError(f"seeds = {list(self.seeds)}: give at least one, and each once")
+        if min(self.seeds) < 0 or max(self.seeds) >= 2**32:
+            raise UserError(f"seeds = {list(self.seeds)}: give numbers from 0 to 2**32 - 1")
+        if self.steps > MOST_STEPS:
+            raise UserError(f"steps = {self.steps}: give at most {MOST_STEPS}")
         for field in ("steps", "score_episodes", "generations_per_report", "keep"):
             if getattr(self, field) < 1:
                 raise UserError(f"{field} = {getattr(self, field)}: give at least 1")
-        if self.checkpoint_seconds < 0:
+        if not self.checkpoint_seconds >= 0:
             raise UserError(f"checkpoint_seconds = {self.checkpoint_seconds}: give a number of at least 0")
 
 
@@ -73,8 +80,11 @@ def from_yaml(path: Path, env: Environment | None = None) -> tuple[Algorithm, Ru
     if env is None:
         env = _environment(sections["environment"], f"{path}: environment")
     name, fields = _named(sections["algorithm"], f"{path}: algorithm")
-    config = parse(algorithm_class(name).config_class, fields, f"{path}: algorithm")
-    return make_algorithm(name, env, config), run
+    try:
+        config = parse(algorithm_class(name).config_class, fields, f"{path}: algorithm")
+        return make_algorithm(name, env, config), run
+    except UserError as error:
+        raise UserError(_placed(f"{path}: algorithm", str(error))) from error
 
 
 def parse(kind: Any, values: Any, where: str) -> Any:
@@ -108,7 +118,10 @@ def _refuse_unknown(kind: Any, values: dict[str, Any], where: str) -> None:
 
 def _environment(section: Any, where: str) -> Environment:
     name, fields = _named(section, where)
-    preset(name)
+    try:
+        preset(name)
+    except UserError as error:
+        raise UserError(_placed(where, str(error))) from error
     config = parse(RoverConfig, fields, where)
     return make(name, **{field.name: getattr(config, field.name) for field in dataclasses.fields(config)})
 
@@ -117,6 +130,10 @@ def _named(section: Any, where: str) -> tuple[str, dict[str, Any]]:
     if not isinstance(section, dict) or not isinstance(section.get("name"), str):
         raise UserError(f"{where}: needs a name")
     return section["name"], {field: value for field, value in section.items() if field != "name"}
+
+
+def _placed(where: str, message: str) -> str:
+    return message if message.startswith(where) else f"{where}: {message}"
 
 
 def _plain(value: Any) -> Any:

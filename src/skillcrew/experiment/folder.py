@@ -1,6 +1,7 @@
 """One run is one folder, which explains itself."""
 
 import importlib.metadata
+import os
 import platform
 import shlex
 import shutil
@@ -50,15 +51,17 @@ class RunFolder:
                 f"{self.path}: exists and is never overwritten; `skillcrew resume {self.path}` goes on "
                 "with it, --out chooses another folder"
             )
-        with disk_errors(self.path):
-            self.path.mkdir(parents=True)
+        # Filled under another name first: a kill at any instant leaves no folder that is half a run.
+        filling = RunFolder(self.path.with_name(f".{self.path.name}.{os.getpid()}"))
         try:
-            write_whole(self.config, lambda path: path.write_text(config))
-            write_whole(self.path / "environment.txt", lambda path: path.write_text(describe_environment()))
-            write_whole(self.path / "README.txt", lambda path: path.write_text(EXPLANATION))
-        except BaseException:
-            shutil.rmtree(self.path, ignore_errors=True)
-            raise
+            with disk_errors(self.path):
+                filling.path.mkdir(parents=True)
+                write_whole(filling.config, lambda path: path.write_text(config))
+                for name, text in (("environment.txt", describe_environment()), ("README.txt", EXPLANATION)):
+                    (filling.path / name).write_text(text)
+                filling.path.rename(self.path)
+        finally:
+            shutil.rmtree(filling.path, ignore_errors=True)
 
     def check_is_run(self) -> None:
         """Raises `UserError` if this is no run folder."""

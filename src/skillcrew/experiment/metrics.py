@@ -63,7 +63,10 @@ def read_metrics(path: Path) -> Columns:
         table = pq.read_table(path)
         columns = {name: table.column(name).to_numpy() for name in table.column_names}
     except (OSError, pa.ArrowException) as error:
-        raise UserError(f"{path}: missing or damaged metrics; `skillcrew resume` writes them anew") from error
+        raise UserError(
+            f"{path}: missing or damaged metrics; move it away, then `skillcrew resume` goes on "
+            "without the earlier rows"
+        ) from error
     if not {"seed", "generation", "environment_steps", "success_rate"} <= set(columns):
         raise UserError(f"{path}: not metrics of skillcrew")
     return columns

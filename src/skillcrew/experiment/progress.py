@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from rich.console import Console, Group
@@ -16,6 +16,7 @@ LINE_SECONDS = 10.0
 """Least time between two lines where the output is no terminal."""
 
 
+@runtime_checkable
 class Reporter(Protocol):
     """Told what happens; decides what to show."""
 
@@ -153,15 +154,16 @@ class LiveReporter:
         return table
 
 
-def human(number: float) -> str:
+def human(number: float | int) -> str:
     """A count in k or M."""
-    for size, unit in ((1e6, "M"), (1e3, "k")):
-        if number >= size:
+    for size, unit in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        # What rounds up to 1000 of a unit belongs to the next one.
+        if number >= 0.9995 * size:
             return f"{number / size:.3g} {unit}"
     return f"{number:.3g}"
 
 
-def clock(seconds: float) -> str:
+def clock(seconds: float | int) -> str:
     """A duration as people read it."""
     if not np.isfinite(seconds):
         return "unknown time"

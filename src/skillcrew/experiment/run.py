@@ -116,22 +116,24 @@ class Run:
             self.config.seeds, episodes, np.asarray(returns), np.moveaxis(np.asarray(choices), 1, 2)
         )
 
-    def resume(self, steps: float | None = None, reporter: Reporter | None = None) -> "Run":
+    def resume(self, steps: float | int | None = None, reporter: Reporter | None = None) -> "Run":
         """Goes on from the latest checkpoint, to the same bits as if never interrupted.
 
         Args:
             steps: a larger budget than the run had, to train on.
         """
+        config = self.config
         if steps is not None:
-            config = dataclasses.replace(self.config, steps=round(steps))
+            config = dataclasses.replace(config, steps=round(steps))
             if config.steps < self.config.steps:
                 raise UserError(f"steps = {config.steps}: less than the run's budget of {self.config.steps}")
-            self.config = config
+        memory.check(memory.estimate(self.algorithm, config))
+        runner = Runner(self.algorithm, config, self.folder, reporter or SilentReporter())
+        state = runner.restore(self._checkpoint)
+        if config != self.config:
             text = to_yaml(self.algorithm, config)
             write_whole(self.folder.config, lambda path: path.write_text(text))
-        runner = Runner(self.algorithm, self.config, self.folder, reporter or SilentReporter())
-        memory.check(memory.estimate(self.algorithm, self.config))
-        state = runner.restore(self._checkpoint)
+        self.config = config
         self._champions = runner.run(state).team
         return self
 
@@ -146,7 +148,7 @@ class Run:
 def train(
     algorithm: Algorithm,
     seeds: int | Sequence[int] = 1,
-    steps: float = 2e6,
+    steps: float | int = 2e6,
     out: Path | str | None = None,
     reporter: Reporter | None = None,
     **options: Any,

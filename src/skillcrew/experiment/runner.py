@@ -1,11 +1,13 @@
 """Runs chunks of jitted generations, and sees to progress, metrics, checkpoints and Ctrl-C."""
 
+import dataclasses
 import json
 import time
 from collections.abc import Callable
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from skillcrew.algorithms.algorithm import Algorithm
@@ -63,9 +65,25 @@ class Runner:
             arrays = {**generation.flat_arrays(self.start()), **arrays}
         state = generation.from_flat_arrays(arrays, like)
         reached = int(np.asarray(state.generation)[0])
-        self._log.restore(read_metrics(self.folder.metrics), reached)
+        if self.folder.metrics.exists():
+            self._log.restore(read_metrics(self.folder.metrics), reached)
+        else:
+            self.reporter.note(
+                f"{self.folder.metrics} is gone, and with it all rows up to generation {reached}."
+            )
+        self._checkpoints.discard_after(reached)
         self.reporter.note(f"Goes on from generation {reached}.")
-        return state
+        return self._with_champions_of_budget(state)
+
+    def _with_champions_of_budget(self, state: RunState) -> RunState:
+        """Where the budget has been raised, champions that it had kept back catch up."""
+        within = state.environment_steps <= self.config.steps
+        teams = jax.vmap(self.algorithm.team)(state.algorithm)
+
+        def newest(new, old):
+            return jnp.where(within.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
+
+        return dataclasses.replace(state, team=jax.tree.map(newest, teams, state.team))
 
     def champions(self, checkpoint: int | None = None) -> Team:
         """Every seed's champion of a checkpoint; leaves have a leading seed axis."""

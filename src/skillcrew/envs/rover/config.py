@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import string
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 from skillcrew.errors import UserError, unknown_name
@@ -58,12 +58,7 @@ class RoverConfig:
         self._check_sizes()
         self._check_choices()
         if self.poi_values is not None:
-            values = tuple(float(value) for value in self.poi_values)
-            if len(values) != self.n_poi_types or not all(0 < value < math.inf for value in values):
-                raise UserError(
-                    f"poi_values = {values}: give {self.n_poi_types} positive numbers, one per POI type"
-                )
-            object.__setattr__(self, "poi_values", values)
+            object.__setattr__(self, "poi_values", _checked_values(self.poi_values, self.n_poi_types))
         if self.parents is not None:
             object.__setattr__(self, "parents", _checked_parents(self.parents, self.type_names))
 
@@ -103,7 +98,8 @@ class RoverConfig:
                 "lower spatial_coupling or raise n_agents"
             )
         resolution = self.sensor_resolution
-        if not isinstance(resolution, int) or resolution < 1 or 360 % resolution:
+        whole = isinstance(resolution, int) and not isinstance(resolution, bool)
+        if not whole or resolution < 1 or 360 % resolution:
             raise UserError(
                 f"sensor_resolution = {resolution!r}: give whole degrees that divide 360, such as 90"
             )
@@ -123,9 +119,24 @@ def _check_positive(field: str, value: Any) -> None:
         raise UserError(f"{field} = {value!r}: give a positive number")
 
 
+def _checked_values(values: Any, n_poi_types: int) -> tuple[float, ...]:
+    mend = f"poi_values = {values!r}: give {n_poi_types} positive numbers, one per POI type"
+    if isinstance(values, str) or not isinstance(values, Sequence) or len(values) != n_poi_types:
+        raise UserError(mend)
+    for value in values:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+            raise UserError(mend)
+    return tuple(float(value) for value in values)
+
+
 def _checked_parents(parents: Any, names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
     if not isinstance(parents, Mapping):
         raise UserError(f"parents = {parents!r}: give a mapping from type to parents, such as {{'B': ['A']}}")
+    for name, above in parents.items():
+        if isinstance(above, str) or not isinstance(above, Sequence):
+            raise UserError(
+                f"parents = {parents!r}: give {name} a list of types, such as {{'{name}': ['A']}}"
+            )
     graph = {name: tuple(above) for name, above in parents.items()}
     for name in [*graph, *(parent for above in graph.values() for parent in above)]:
         if name not in names:

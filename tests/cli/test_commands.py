@@ -1,0 +1,341 @@
+"""The command line as a user meets it."""
+
+import json
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import skillcrew as sc
+from experiment import tiny
+from skillcrew.cli import train as train_command
+from skillcrew.cli.main import COMMANDS, run_command
+from skillcrew.envs.presets import PRESETS
+from skillcrew.experiment.config import RunConfig, to_yaml
+
+TRAIN = ("train", "madys", "rover-t2-c1")
+
+
+def call(words):
+    """The exit code of a command line; tyro leaves through `SystemExit`."""
+    try:
+        return run_command(list(words))
+    except SystemExit as end:
+        return end.code or 0
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_made_here(monkeypatch, tmp_path):
+    """Default folders, if a mistake makes any, are seen and do not litter."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def no_training(monkeypatch):
+    """Catches what would be trained."""
+    caught = []
+    monkeypatch.setattr(train_command, "train_and_report", lambda *given: caught.append(given) or 0)
+    return caught
+
+
+@pytest.fixture
+def never_trains(monkeypatch):
+    def refuse(*_, **__):
+        raise AssertionError("it began to train")
+
+    monkeypatch.setattr("skillcrew.experiment.runner.Runner.start", refuse)
+
+
+def test_help_of_the_program_names_every_command(capsys):
+    assert call(["--help"]) == 0
+    shown = capsys.readouterr().out
+    assert all(f"  {command}" in shown for command in COMMANDS)
+    assert "skillcrew train madys" in shown
+    assert call([]) == 2
+
+
+@pytest.mark.parametrize(
+    ("command", "taught"),
+    [
+        ("train", ["ALGORITHM", "ENVIRONMENT", "madys", *PRESETS, "--config", "--help"]),
+        ("resume", ["RUN", "--steps", "--checkpoint", "same bits"]),
+        ("evaluate", ["RUN", "--episodes", "--json", "--checkpoint"]),
+        ("report", ["RUN", "--out", "--json", "--episodes"]),
+        ("list", ["--json"]),
+    ],
+)
+def test_help_of_a_command_teaches_its_options(command, taught, capsys):
+    assert call([command, "--help"]) == 0
+    captured = capsys.readouterr()
+    for part in taught:
+        assert part in captured.out
+    assert captured.err == ""
+
+
+def test_help_of_an_algorithm_explains_every_field(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    assert call([*TRAIN, "--help"]) == 0
+    shown = re.sub(r"[│╭╮╰╯─\s]+", " ", capsys.readouterr().out)
+    for part in (
+        "--algorithm.population",
+        "Teams of selectors (M).",
+        "--algorithm.learner.discount",
+        "--environment.spatial-coupling",
+        "Rovers that must be within the activation distance",
+        "--environment.parents",
+        "--seeds",
+        "2000..2004",
+        "--checkpoint-seconds",
+        "2000000",
+    ):
+        assert part in shown
+
+
+MISTAKES = [
+    (["trian"], ["unknown command 'trian'", "train"]),
+    (["--version-of-what"], ["unknown command"]),
+    (["train"], ["ALGORITHM is missing", "usage: skillcrew train"]),
+    (["train", "madys"], ["ENVIRONMENT is missing"]),
+    (["train", "--seeds", "3"], ["ALGORITHM is missing"]),
+    (["train", "madsy", "rover-t2-c1"], ["unknown algorithm 'madsy'", "madys"]),
+    (["train", "madys", "rover-t2c1"], ["unknown environment preset 'rover-t2c1'", "first: rover-t2-c1"]),
+    ([*TRAIN, "--sedes", "3"], ["unknown option --sedes", "--seeds"]),
+    ([*TRAIN, "--algorithm.popluation", "9"], ["--algorithm.popluation", "nearest: --algorithm.population"]),
+    ([*TRAIN, "--algorithm.skills", "go_to_pio_A"], ["'go_to_pio_A'", "first: go_to_poi_A"]),
+    ([*TRAIN, "--environment.spatial-coupling", "2"], ["spatial_coupling = 2", "n_agents = 1"]),
+    ([*TRAIN, "--environment.parents", "A:B,B:A"], ["cycle", "A, B"]),
+    ([*TRAIN, "--environment.parents", "B:Q"], ["'Q'"]),
+    ([*TRAIN, "--environment.parents", "B>A"], ["B>A", "TYPE:PARENT"]),
+    ([*TRAIN, "--environment.episode-length", "0"], ["episode_length = 0"]),
+    ([*TRAIN, "--environment.n-agents", "-1"], ["n_agents = -1"]),
+    ([*TRAIN, "--environment.world-size", "-3"], ["world_size = -3"]),
+    ([*TRAIN, "--algorithm.population", "0"], ["population = 0"]),
+    ([*TRAIN, "--algorithm.population", "5"], ["population = 5", "elites + 2 = 6"]),
+    ([*TRAIN, "--algorithm.updates", "3"], ["updates = 3", "policy_delay"]),
+    ([*TRAIN, "--algorithm.buffer-capacity", "10"], ["buffer_capacity = 10", "raise it"]),
+    ([*TRAIN, "--algorithm.learner.batch-size", "0"], ["batch_size = 0"]),
+    ([*TRAIN, "--algorithm.selector.hidden", "0"], ["hidden = (0,)"]),
+    ([*TRAIN, "--seeds", "many"], ["--seeds many", "2000..2004"]),
+    ([*TRAIN, "--seeds", "0"], ["at least one"]),
+    ([*TRAIN, "--seeds", "5..3"], ["--seeds 5..3"]),
+    ([*TRAIN, "--seeds", "1,1"], ["each once"]),
+    ([*TRAIN, "--seeds", "1,,2"], ["--seeds 1,,2"]),
+    ([*TRAIN, "--seeds", "4294967296,"], ["seeds"]),
+    ([*TRAIN, "--steps", "4.5"], ["'4.5'", "whole number"]),
+    ([*TRAIN, "--steps", "lots"], ["'lots'", "5e5"]),
+    ([*TRAIN, "--steps", "1e999"], ["'1e999'"]),
+    ([*TRAIN, "--steps", "0"], ["steps = 0"]),
+    ([*TRAIN, "--keep", "0"], ["keep = 0"]),
+    ([*TRAIN, "--report-episodes", "0"], ["episodes = 0"]),
+    ([*TRAIN, "--out", "/dev/null/run"], ["/dev/null/run", "cannot be written"]),
+    ([*TRAIN, "--out", "."], ["exists and is never overwritten"]),
+    (["train", "--config"], ["configuration file"]),
+    (["train", "--config", "missing.yaml"], ["missing.yaml", "cannot be read"]),
+    (["resume"], ["RUN is missing"]),
+    (["resume", "nowhere"], ["nowhere: no such run folder"]),
+    (["resume", "."], ["not a run folder"]),
+    (["evaluate"], ["RUN is missing"]),
+    (["evaluate", "nowhere"], ["no such run folder"]),
+    (["evaluate", "."], ["not a run folder"]),
+    (["evaluate", "nowhere", "--epsiodes", "5"], ["unknown option --epsiodes", "--episodes"]),
+    (["report", "nowhere"], ["no such run folder"]),
+    (["list", "--jsno"], ["unknown option --jsno", "--json"]),
+]
+
+
+@pytest.mark.parametrize(("words", "expected"), MISTAKES, ids=lambda value: " ".join(value))
+@pytest.mark.usefixtures("never_trains")
+def test_a_mistake_is_one_line_and_exit_code_2(words, expected, capsys, tmp_path):
+    assert call(words) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    # What training says before it begins is no part of the complaint.
+    lines = [line for line in captured.err.splitlines() if not line.startswith(("madys on ", "Needs about "))]
+    assert len(lines) == 1, captured.err
+    assert lines[0].startswith("skillcrew: ")
+    for part in expected:
+        assert part in lines[0]
+    assert not list(tmp_path.iterdir()), "something was left behind"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [*TRAIN, "--algorithm.plateau.window", "[1]"],
+        [*TRAIN, "--checkpoint-seconds", "soon"],
+        [*TRAIN, "--environment.sensor", "dense"],
+        [*TRAIN, "--environment.bounded", "7"],
+        [*TRAIN, "stray"],
+        [*TRAIN, "--seeds"],
+        ["evaluate", "nowhere", "--episodes"],
+    ],
+    ids=" ".join,
+)
+@pytest.mark.usefixtures("never_trains")
+def test_a_value_of_the_wrong_type_is_exit_code_2(words, capsys):
+    assert call(words) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err and "Traceback" not in captured.err
+
+
+@pytest.mark.parametrize("words", [["resume"], ["evaluate"], ["report"]], ids=" ".join)
+@pytest.mark.parametrize(("option", "value", "expected"), [("--checkpoint", "12345", "no checkpoint 12345")])
+def test_a_checkpoint_that_is_not_there(words, option, value, expected, copied, capsys):
+    before = tiny.contents(copied)
+    assert call([*words, str(copied), option, value]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == "" and expected in captured.err and captured.err.count("\n") == 1
+    assert tiny.contents(copied) == before
+
+
+def test_zero_episodes_are_refused_before_any_work(copied, capsys):
+    for words in (["evaluate", "--episodes"], ["report", "--episodes"], ["resume", "--report-episodes"]):
+        assert call([words[0], str(copied), words[1], "0"]) == 2
+        captured = capsys.readouterr()
+        assert captured.out == "" and "episodes = 0" in captured.err
+        assert len([line for line in captured.err.splitlines() if line.startswith("skillcrew: ")]) == 1
+    assert not (copied / "report").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "seeds"),
+    [
+        ("5", (0, 1, 2, 3, 4)),
+        ("2000..2004", (2000, 2001, 2002, 2003, 2004)),
+        ("1,5,9", (1, 5, 9)),
+        ("7,", (7,)),
+    ],
+)
+def test_seeds_are_a_count_a_range_or_a_list(text, seeds, no_training):
+    assert call([*TRAIN, "--seeds", text]) == 0
+    assert tuple(no_training[0][1].seeds) == seeds
+
+
+def test_every_option_arrives(no_training):
+    words = [*TRAIN, "--steps", "4e6", "--out", "here", "--keep", "3", "--no-save-buffer"]
+    words += [
+        "--algorithm.population",
+        "6e1",
+        "--algorithm.evolution.elites=7",
+        "--algorithm.selector.hidden",
+    ]
+    words += ["5", "6", "--environment.n-agents", "2", "--environment.parents", "none"]
+    words += ["--algorithm.learner.batch_size", "32", "--environment.sensor", "closest"]
+    assert call(words) == 0
+    (algorithm, options), *_ = no_training
+    assert options.steps == 4_000_000 and str(options.out) == "here" and options.keep == 3
+    assert options.save_buffer is False
+    assert algorithm.config.population == 60 and algorithm.config.evolution.elites == 7
+    assert algorithm.config.selector.hidden == (5, 6) and algorithm.config.learner.batch_size == 32
+    assert algorithm.env.config.n_agents == 2 and dict(algorithm.env.config.parents) == {}
+    assert algorithm.env.config.sensor == "closest" and algorithm.env.name == "rover-t2-c1"
+
+
+def test_no_options_mean_the_defaults_of_the_library(no_training):
+    assert call(TRAIN) == 0
+    (algorithm, options), *_ = no_training
+    assert algorithm.config == sc.MADySConfig()
+    assert algorithm.env.config == PRESETS["rover-t2-c1"]
+    assert RunConfig(tuple(options.seeds), options.steps, **options.run_config()) == RunConfig()
+
+
+def test_a_configuration_file_says_the_same_again(finished, no_training):
+    assert call(["train", "--config", str(finished / "config.yaml")]) == 0
+    (algorithm, options), *_ = no_training
+    run = RunConfig(tuple(options.seeds), options.steps, **options.run_config())
+    assert to_yaml(algorithm, run) == (finished / "config.yaml").read_text()
+    assert call(["train", "--config", str(finished / "config.yaml"), "--steps", "1e5"]) == 0
+    assert no_training[1][1].steps == 100_000 and tuple(no_training[1][1].seeds) == tiny.SEEDS
+
+
+def test_evaluate_prints_each_seed_and_the_mean(finished, capsys):
+    assert call(["evaluate", str(finished), "--episodes", "20"]) == 0
+    captured = capsys.readouterr()
+    lines = captured.out.splitlines()
+    assert [line.split()[:2] for line in lines[:2]] == [["seed", str(seed)] for seed in tiny.SEEDS]
+    assert lines[2].startswith("success") and "20 fresh episodes per seed" in lines[2]
+    assert captured.err == ""
+
+
+def test_evaluate_as_json(finished, capsys):
+    assert call(["evaluate", str(finished), "--episodes", "20", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    printed = json.loads(captured.out)
+    assert {"success_rate", "episodes"} <= set(printed) and printed["episodes"] == 20
+    rate = printed["success_rate"]
+    assert set(rate) == {"mean", "low", "high", "per_seed"}
+    expected = sc.Run(finished).evaluate(20)
+    assert rate["mean"] == expected.success_rate.mean
+    assert 0 <= rate["low"] <= rate["mean"] <= rate["high"] <= 1
+    assert [entry["seed"] for entry in rate["per_seed"]] == list(tiny.SEEDS)
+    assert [entry["mean"] for entry in rate["per_seed"]] == expected.returns.mean(1).tolist()
+
+
+def test_json_is_strict_where_an_interval_is_unknown():
+    from skillcrew.cli.present import evaluation_as_json
+
+    evaluation = sc.Evaluation(
+        (0, 1), 2, np.asarray([[1.0, np.nan], [0.0, 1.0]]), np.zeros((2, 2, 1, 1), int)
+    )
+    evaluation = sc.Evaluation((0,), 2, evaluation.returns[1:], evaluation.choices[1:])
+    json.loads(evaluation_as_json(evaluation), parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+
+
+def test_report_as_json(copied, capsys, tmp_path):
+    out = tmp_path / "figures"
+    assert call(["report", str(copied), "--episodes", "20", "--out", str(out), "--json"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    written = json.loads(captured.out)["written"]
+    assert sorted(written) == sorted(str(path) for path in out.iterdir()) and written
+
+
+def test_list_as_text_and_as_json(capsys):
+    assert call(["list"]) == 0
+    text = capsys.readouterr().out
+    assert call(["list", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert set(printed) == {"algorithms", "environments"}
+    assert "madys" in printed["algorithms"] and set(printed["environments"]) == set(PRESETS)
+    assert printed["environments"]["rover-t3-c2"]["n_agents"] == 4
+    assert "go_to_agent" in printed["environments"]["rover-t3-c2"]["skills"]
+    for name in ("madys", *PRESETS, "go_away_from_poi_C"):
+        assert name in text
+
+
+def test_a_misspelt_command_does_not_wait_for_jax():
+    program = (
+        "import sys; from skillcrew.cli.main import run_command; code = run_command(['evalute']); "
+        "print('jax' in sys.modules); sys.exit(code)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("skillcrew: unknown command 'evalute'") and done.stderr.count("\n") == 1
+    assert done.stdout == "False\n"
+
+
+def test_the_installed_command_in_a_process_of_its_own(finished):
+    process = tiny.start_command("evaluate", str(finished), "--episodes", "20", "--json")
+    output, errors = process.communicate(timeout=300)
+    assert (process.returncode, errors) == (0, "")
+    assert json.loads(output)["success_rate"]["mean"] == sc.Run(finished).evaluate(20).success_rate.mean
+    missing = tiny.start_command("evaluate", "nowhere")
+    output, errors = missing.communicate(timeout=300)
+    assert (missing.returncode, output) == (2, "")
+    assert errors == "skillcrew: nowhere: no such run folder; `skillcrew train` makes one\n"
+
+
+def test_a_reader_that_has_gone_is_no_error():
+    done = subprocess.run(
+        f'{sys.executable} -c "from skillcrew.cli.main import main; main()" list --json | head -n 1',
+        shell=True,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout == "{\n"
+    assert done.stderr == ""

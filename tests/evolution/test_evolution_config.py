@@ -1,0 +1,56 @@
+"""Options of evolution that cannot be meant are refused in one line."""
+
+from typing import Any
+
+import pytest
+
+from oracles.refusals import refusal, unhooked
+from skillcrew.errors import UserError
+from skillcrew.evolution import genetic, mutation
+
+EvolutionConfig = unhooked(genetic).EvolutionConfig
+MutationConfig = unhooked(mutation).MutationConfig
+
+
+@pytest.mark.parametrize(
+    ("config", "field", "value"),
+    [
+        (EvolutionConfig, "elites", 0),
+        (EvolutionConfig, "selection", "roulette"),
+        (EvolutionConfig, "tournament_size", 0),
+        (EvolutionConfig, "crossover_share", 1.5),
+        (EvolutionConfig, "lineage_inheritance", -0.25),
+        (EvolutionConfig, "lineage_memory", 0.5),
+        (MutationConfig, "kind", "cosmic"),
+        (MutationConfig, "probability", 1.25),
+        (MutationConfig, "fraction", -0.5),
+        (MutationConfig, "large_probability", 2),
+        (MutationConfig, "reset_probability", -1),
+        (MutationConfig, "strength", -0.125),
+        (MutationConfig, "large_strength", -3.0),
+        (MutationConfig, "reset_deviation", -2.0),
+        (MutationConfig, "gaussian_deviation", -7.0),
+    ],
+)
+def test_refuses_a_value_and_names_field_and_value(config: Any, field: str, value: Any) -> None:
+    message = refusal(config, **{field: value})
+    assert field in message
+    assert str(value) in message
+
+
+def test_unknown_choices_come_with_the_valid_ones() -> None:
+    assert "nearest first: tournament, proportional" in refusal(EvolutionConfig, selection="tournement")
+    assert "nearest first: gaussian, substructured" in refusal(MutationConfig, kind="gauss")
+
+
+def test_refuses_large_and_reset_shares_above_one_together() -> None:
+    message = refusal(MutationConfig, large_probability=0.7, reset_probability=0.4)
+    assert "large_probability = 0.7" in message
+    assert "reset_probability = 0.4" in message
+
+
+def test_population_must_leave_room_for_two_children() -> None:
+    config = genetic.EvolutionConfig(elites=4)
+    config.check_population(6)
+    with pytest.raises(UserError, match=r"population = 5: .*elites \+ 2 = 6"):
+        config.check_population(5)

@@ -1,0 +1,170 @@
+"""One generation of the genetic algorithm, against the rule written again in NumPy."""
+
+import dataclasses
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy import stats
+
+from oracles.rover_cases import quick_jit
+from skillcrew.evolution.genetic import EvolutionConfig, GeneticState, next_generation
+from skillcrew.evolution.lineage import Lineage
+from skillcrew.evolution.mutation import MutationConfig
+
+CASES, POPULATION, ELITES, GENES = 300, 11, 3, 6
+CROSSED = 6
+"""crossover_share 0.75 of the 8 children."""
+CONFIG = EvolutionConfig(
+    elites=ELITES,
+    tournament_size=2,
+    crossover_share=0.75,
+    lineage_memory=5.0,
+    lineage_inheritance=0.3,
+    mutation=MutationConfig(probability=0.0),
+)
+
+
+def evolve(config: EvolutionConfig) -> dict[str, Any]:
+    """Many generations side by side, each of a population with a past and a fitness of its own."""
+    rng = np.random.default_rng(0)
+    past = rng.uniform(0, 1, (CASES, POPULATION)).astype(np.float32)
+    known = rng.integers(0, 7, (CASES, POPULATION)).astype(np.float32)
+    fitness = rng.uniform(0, 1, (CASES, POPULATION)).astype(np.float32)
+    # Each individual's genes carry its index, so that every child tells who its parents are.
+    genomes = jnp.tile(jnp.arange(1.0, POPULATION + 1)[:, None], (1, GENES))
+
+    def generation(key, past, known, fitness):
+        return next_generation(key, GeneticState(genomes, Lineage(past, known)), fitness, config)
+
+    keys = jax.random.split(jax.random.key(1), CASES)
+    after = quick_jit(jax.vmap(generation))(keys, past, known, fitness)
+    # The stated rule: at most `memory - 1` past evaluations count, and this one.
+    counted = np.minimum(known, config.lineage_memory - 1)
+    mean = (past * counted + fitness) / (counted + 1)
+    return {
+        "genomes": np.asarray(after.genomes),
+        "parents": np.asarray(after.genomes).astype(int) - 1,
+        "mean": np.asarray(after.lineage.mean),
+        "evaluations": np.asarray(after.lineage.evaluations),
+        "champion": np.asarray(jax.vmap(GeneticState.champion)(after)),
+        "expected_mean": mean,
+        "expected_evaluations": counted + 1,
+        "order": np.argsort(-mean, axis=1, kind="stable"),
+        "fitness": fitness,
+    }
+
+
+@pytest.fixture(scope="module")
+def evolved() -> dict[str, Any]:
+    return evolve(CONFIG)
+
+
+@pytest.fixture(scope="module")
+def mutated() -> dict[str, Any]:
+    mutation = MutationConfig(kind="gaussian", probability=0.5, gaussian_deviation=0.01)
+    return evolve(dataclasses.replace(CONFIG, selection="proportional", mutation=mutation))
+
+
+def of(values: np.ndarray, individuals: np.ndarray) -> np.ndarray:
+    return np.take_along_axis(values, individuals, axis=1)
+
+
+def test_population_keeps_its_size(evolved) -> None:
+    assert evolved["genomes"].shape == (CASES, POPULATION, GENES)
+    assert evolved["mean"].shape == evolved["evaluations"].shape == (CASES, POPULATION)
+
+
+@pytest.mark.parametrize("name", ["evolved", "mutated"])
+def test_elites_survive_unchanged_at_the_front_in_rank_order(name: str, request) -> None:
+    result = request.getfixturevalue(name)
+    elites = result["order"][:, :ELITES]
+    expected = np.broadcast_to(elites[..., None] + 1, (CASES, ELITES, GENES))
+    np.testing.assert_array_equal(result["genomes"][:, :ELITES], expected)
+    np.testing.assert_allclose(result["mean"][:, :ELITES], of(result["expected_mean"], elites), rtol=1e-5)
+    np.testing.assert_allclose(
+        result["evaluations"][:, :ELITES], of(result["expected_evaluations"], elites), rtol=1e-6
+    )
+
+
+def test_champion_has_the_highest_lineage_mean_not_the_luckiest_evaluation(evolved) -> None:
+    np.testing.assert_array_equal(evolved["champion"][:, 0] - 1, evolved["expected_mean"].argmax(1))
+    # The rule matters: the best of the last evaluation is often somebody else.
+    assert (evolved["fitness"].argmax(1) != evolved["expected_mean"].argmax(1)).mean() > 0.3
+
+
+def test_crossed_children_begin_as_an_elite_and_end_as_their_other_parent(evolved) -> None:
+    crossed = evolved["parents"][:, ELITES : ELITES + CROSSED]
+    elites = evolved["order"][:, :ELITES]
+    mate = crossed[..., 0]
+    assert (mate[..., None] == elites[:, None]).any(-1).all()
+    # One change from mate to partner at most: the two may be the same individual.
+    assert ((np.diff(crossed, axis=-1) != 0).sum(-1) <= 1).all()
+    differ = mate != crossed[..., -1]
+    assert differ.mean() > 0.5
+    assert not (crossed[..., -1][..., None] == elites[:, None]).any(-1).all()
+
+
+def test_every_elite_is_a_mate_equally_often(evolved) -> None:
+    mate = evolved["parents"][:, ELITES : ELITES + CROSSED, 0]
+    standing = (mate[..., None] == evolved["order"][:, None, :ELITES]).argmax(-1)
+    assert stats.chisquare(np.bincount(standing.ravel(), minlength=ELITES)).pvalue > 1e-3
+
+
+def test_the_other_children_are_whole_members_of_the_selected_set(evolved) -> None:
+    copies = evolved["parents"][:, ELITES + CROSSED :]
+    assert (copies == copies[..., :1]).all()
+    # Tournaments of two: the winner stands at place i with probability ((n - i)² - (n - i - 1)²) / n².
+    place = evolved["order"].argsort(1)
+    places = np.bincount(of(place, copies[..., 0]).ravel(), minlength=POPULATION)
+    worse_than = ((POPULATION - np.arange(POPULATION + 1)) / POPULATION) ** 2
+    expected = places.sum() * (worse_than[:-1] - worse_than[1:])
+    assert stats.chisquare(places, expected).pvalue > 1e-3
+
+
+def test_crossed_children_inherit_a_share_and_unchanged_copies_keep_everything(evolved) -> None:
+    partner = evolved["parents"][:, ELITES:, -1]
+    share = np.where(np.arange(POPULATION - ELITES) < CROSSED, 0.3, 1.0)
+    np.testing.assert_allclose(evolved["mean"][:, ELITES:], of(evolved["expected_mean"], partner), rtol=1e-5)
+    expected = of(evolved["expected_evaluations"], partner) * share
+    np.testing.assert_allclose(evolved["evaluations"][:, ELITES:], expected, rtol=1e-5)
+
+
+def test_mutated_copies_inherit_a_share_too(mutated) -> None:
+    genomes = mutated["genomes"][:, ELITES + CROSSED :]
+    changed = (genomes != genomes.round()).any(-1)
+    assert 0.4 < changed.mean() < 0.6
+    parent = genomes[..., -1].round().astype(int) - 1
+    expected = of(mutated["expected_evaluations"], parent) * np.where(changed, 0.3, 1.0)
+    np.testing.assert_allclose(mutated["evaluations"][:, ELITES + CROSSED :], expected, rtol=1e-5)
+
+
+def test_crossed_children_mutate_too(mutated) -> None:
+    genomes = mutated["genomes"][:, ELITES : ELITES + CROSSED]
+    assert 0.4 < (genomes != genomes.round()).any(-1).mean() < 0.6
+
+
+def test_proportional_selection_favours_by_share_of_fitness(mutated) -> None:
+    parent = mutated["genomes"][:, ELITES + CROSSED :, -1].round().astype(int) - 1
+    drawn = np.zeros((CASES, POPULATION))
+    np.add.at(drawn, (np.arange(CASES)[:, None], parent), 1)
+    mean = mutated["expected_mean"]
+    expected = parent.shape[1] * mean / mean.sum(1, keepdims=True)
+    # Over all cases, the mean of what was drawn is what the shares make of it (standard error 0.008).
+    assert (drawn * mean).sum() / drawn.sum() == pytest.approx(
+        (expected * mean).sum() / drawn.sum(), abs=0.03
+    )
+
+
+@pytest.mark.parametrize("crossover_share", [0.0, 1.0])
+def test_all_or_none_of_the_children_may_be_crossed(crossover_share: float) -> None:
+    config = dataclasses.replace(CONFIG, crossover_share=crossover_share)
+    genomes = jnp.tile(jnp.arange(5.0)[:, None], (1, 40))
+    after = quick_jit(
+        lambda key: next_generation(key, GeneticState.create(genomes), jnp.arange(5.0), config)
+    )(jax.random.key(0))
+    assert after.genomes.shape == genomes.shape
+    mixed = np.asarray(after.genomes != after.genomes[:, :1]).any(1)[ELITES:]
+    assert crossover_share == 1 or not mixed.any()

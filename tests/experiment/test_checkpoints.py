@@ -1,0 +1,235 @@
+"""Checkpoints hold everything, and damage of any kind is one line that changes nothing."""
+
+import json
+import logging
+import shutil
+import subprocess
+import sys
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import skillcrew as sc
+from experiment.tiny import SEEDS, assert_same_arrays, contents, last_arrays, tiny_madys
+from skillcrew.experiment.checkpoints import FORMAT, Checkpoints
+from skillcrew.experiment.generation import flat_arrays, from_flat_arrays, shapes
+from skillcrew.experiment.metrics import read_metrics
+
+LIKE = {"value": jnp.zeros(3)}
+
+
+def save_some(folder, rates, keep=2):
+    checkpoints = Checkpoints(folder, keep)
+    for generation, rate in enumerate(rates, start=1):
+        checkpoints.save(generation, {"value": jnp.full(3, float(generation))}, rate)
+    return checkpoints
+
+
+def latest(run):
+    return max((run / "checkpoints").iterdir(), key=lambda path: int(path.name))
+
+
+def test_the_last_ones_and_the_best_are_kept(tmp_path):
+    checkpoints = save_some(tmp_path / "c", [0.1, 0.9, 0.2, 0.3, 0.1])
+    assert checkpoints.generations() == [2, 4, 5]
+    assert checkpoints.read(LIKE, 2)[0]["['value']"].tolist() == [2, 2, 2]
+    assert checkpoints.read(LIKE)[0]["['value']"].tolist() == [5, 5, 5]
+    with pytest.raises(sc.UserError, match="no checkpoint 3; there are 2, 4, 5"):
+        checkpoints.read(LIKE, 3)
+
+
+def test_the_best_may_be_among_the_last_ones(tmp_path):
+    assert save_some(tmp_path / "c", [0.1, 0.2, 0.3, 0.9], keep=3).generations() == [2, 3, 4]
+
+
+def test_everything_that_a_run_goes_on_from_is_held(finished):
+    run = sc.Run(finished)
+    like = shapes(run.algorithm, run.config)
+    arrays = last_arrays(finished)
+    expected = jax.eval_shape(flat_arrays, like)
+    assert {name: (a.shape, a.dtype) for name, a in arrays.items()} == {
+        name: (leaf.shape, leaf.dtype) for name, leaf in expected.items()
+    }
+    parts = (".algorithm.key", ".score_key", ".team", "genomes", "lineage.mean", "lineage.evaluations")
+    parts += ("actor_optimiser", "critic_optimiser", "target_actor", "target_critics", "experience")
+    for part in (*parts, "current_index", "is_full", "stopped_at", "waited", "environment_steps"):
+        assert any(part in name for name in arrays), part
+    # Held and not merely named: two seeds of a run that has learned differ in all that is random.
+    for name, array in arrays.items():
+        if any(part in name for part in ("key", "genomes", "critic", "experience.experience")):
+            floats = array.dtype.kind == "f" and "bias" not in name
+            assert not floats or (array[0] != array[1]).any(), name
+    state = from_flat_arrays(arrays, like)
+    assert jax.tree.structure(state) == jax.tree.structure(like)
+    assert jax.dtypes.issubdtype(state.score_key.dtype, jax.dtypes.prng_key)
+    assert_same_arrays({name: np.asarray(leaf) for name, leaf in flat_arrays(state).items()}, arrays)
+
+
+def test_what_is_read_is_what_was_written_with_nan_infinity_and_every_type(tmp_path):
+    state = {
+        "key": jax.random.split(jax.random.key(1), 2),
+        "float": jnp.asarray([[jnp.nan, -jnp.inf, 1e-38]]),
+        "int": jnp.asarray([-1, 2**31 - 1]),
+        "bool": jnp.asarray([True, False]),
+        "scalar": jnp.asarray(3, jnp.uint32),
+    }
+    checkpoints = Checkpoints(tmp_path / "c")
+    checkpoints.save(7, state, 0.5)
+    arrays, has_buffer = checkpoints.read(state)
+    assert has_buffer
+    written = {name: np.asarray(leaf) for name, leaf in flat_arrays(state).items()}
+    assert_same_arrays({name: np.asarray(arrays[name]) for name in written}, written)
+
+
+def test_every_truncated_file_is_noticed(copied):
+    run = sc.Run(copied)
+    like, whole = shapes(run.algorithm, run.config), last_arrays(copied)
+    place, checkpoints = latest(copied), Checkpoints(copied / "checkpoints")
+    refused = 0
+    for path in [path for path in sorted(place.rglob("*")) if path.is_file() and path.stat().st_size]:
+        intact = path.read_bytes()
+        for size in {0, len(intact) // 2}:
+            path.write_bytes(intact[:size])
+            try:
+                arrays, _ = checkpoints.read(like)
+            except sc.UserError as error:
+                refused += 1
+                assert str(place) in str(error) and "\n" not in str(error)
+                assert "--checkpoint" in str(error), "it must say what to do instead"
+            else:  # Marks and indices that reading does without.
+                assert_same_arrays({name: np.asarray(arrays[name]) for name in whole}, whole)
+        path.write_bytes(intact)
+    assert refused >= 6
+    last_arrays(copied)
+
+
+def test_a_missing_part_is_noticed(copied):
+    shutil.rmtree(latest(copied) / "state")
+    before = contents(copied)
+    with pytest.raises(sc.UserError, match="damaged or not a checkpoint") as caught:
+        sc.Run(copied).resume()
+    assert "\n" not in str(caught.value)
+    assert contents(copied) == before
+
+
+def test_damage_leaves_the_configuration_as_it_was_even_if_the_budget_was_to_change(copied):
+    shutil.rmtree(latest(copied) / "state")
+    before = contents(copied)
+    with pytest.raises(sc.UserError, match="damaged"):
+        sc.Run(copied).resume(steps=1e6)
+    assert contents(copied) == before
+
+
+def test_a_checkpoint_of_a_newer_format_is_refused(copied):
+    about = latest(copied) / "about" / "metadata"
+    text = json.loads(about.read_text())
+    assert text["format"] == FORMAT
+    about.write_text(json.dumps({**text, "format": FORMAT + 1}))
+    before = contents(copied)
+    with pytest.raises(sc.UserError, match=r"newer skillcrew.*upgrade"):
+        sc.Run(copied).resume()
+    assert contents(copied) == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("population: 7", "population: 9"), ("  - 3\n", ""), ("pois_per_type: 1", "n_agents: 3")]
+)
+def test_a_checkpoint_of_another_configuration_is_refused(old, new, copied):
+    config = copied / "config.yaml"
+    text = config.read_text()
+    if new == "n_agents: 3":
+        old = "n_agents: 2"
+    assert old in text
+    config.write_text(text.replace(old, new))
+    before = contents(copied)
+    with pytest.raises(sc.UserError, match=r"another configuration.*config\.yaml") as caught:
+        sc.Run(copied).resume()
+    assert "\n" not in str(caught.value)
+    assert contents(copied) == before
+
+
+def test_a_foreign_folder_among_the_checkpoints_is_refused(copied):
+    foreign = copied / "checkpoints" / "999"
+    foreign.mkdir()
+    (foreign / "holiday.txt").write_text("sun")
+    before = contents(copied)
+    with pytest.raises(sc.UserError, match=r"999: .*not a checkpoint"):
+        sc.Run(copied).resume()
+    assert contents(copied) == before
+
+
+def test_leftovers_of_a_kill_are_ignored_and_then_cleaned(copied, finished):
+    temporary = copied / "checkpoints" / "999.orbax-checkpoint-tmp"
+    shutil.copytree(latest(copied), temporary)
+    assert_same_arrays(last_arrays(copied), last_arrays(finished))
+    checkpoints = Checkpoints(copied / "checkpoints")
+    assert 999 not in checkpoints.generations()
+    checkpoints.save(1000, LIKE, 0.0)
+    assert not temporary.exists()
+
+
+def test_an_error_while_saving_leaves_the_earlier_ones(tmp_path, monkeypatch):
+    checkpoints = save_some(tmp_path / "c", [0.1])
+    before = contents(tmp_path / "c" / "1")
+
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("orbax.checkpoint.CheckpointManager.save", full)
+    with pytest.raises(sc.UserError, match=r"the disk is full.*resume") as caught:
+        checkpoints.save(2, LIKE, 0.2)
+    assert "\n" not in str(caught.value)
+    assert checkpoints.generations() == [1]
+    assert contents(tmp_path / "c" / "1") == before
+
+
+def test_a_really_full_disk_is_one_line(tmp_path):
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(place)]
+    if sys.platform != "linux" or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("needs the right to mount a small file system")
+    try:
+        checkpoints = save_some(place / "c", [0.1])
+        noise = {"value": jax.random.normal(jax.random.key(0), (200_000,))}
+        with pytest.raises(sc.UserError, match="the disk is full") as caught:
+            checkpoints.save(2, noise, 0.2)
+        assert "\n" not in str(caught.value)
+        assert checkpoints.generations() == [1]
+        assert checkpoints.read(LIKE)[0]["['value']"].tolist() == [1, 1, 1]
+    finally:
+        subprocess.run(["umount", "-l", str(place)], check=True)
+
+
+def test_a_run_keeps_two_checkpoints_and_perhaps_a_better_one(finished):
+    metrics = read_metrics(finished / "metrics.parquet")
+    last = metrics["generation"].max()
+    kept = Checkpoints(finished / "checkpoints").generations()
+    assert kept[-2:] == [last - 2, last]
+    # A checkpoint's rate is the mean over its chunk (two generations) and seeds.
+    rates = {
+        int(g): metrics["success_rate"][np.isin(metrics["generation"], (g - 1, g))].mean()
+        for g in range(2, last + 1, 2)
+    }
+    assert max(rates.values()) == pytest.approx(max(rates[g] for g in kept))
+    assert len(kept) <= 3
+
+
+def test_no_checkpoint_at_all(copied):
+    shutil.rmtree(copied / "checkpoints")
+    with pytest.raises(sc.UserError, match="no finished checkpoint"):
+        sc.Run(copied).champion(SEEDS[0])
+
+
+def test_saving_does_not_speak_through_the_root_logger(tmp_path, caplog):
+    with caplog.at_level(logging.INFO):
+        save_some(tmp_path / "c", [0.1])
+    assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
+
+
+def test_another_algorithm_size_in_code_is_not_confused_with_the_folder(finished):
+    other = tiny_madys(population=9)
+    with pytest.raises(sc.UserError, match="another configuration"):
+        Checkpoints(finished / "checkpoints").read(shapes(other, sc.Run(finished).config))

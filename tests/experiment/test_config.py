@@ -1,0 +1,189 @@
+"""The configuration file: there and back, and one line for each mistake."""
+
+import dataclasses
+
+import pytest
+import yaml
+
+import skillcrew as sc
+from skillcrew.envs.presets import PRESETS
+from skillcrew.experiment.config import RunConfig, from_yaml, to_yaml
+
+
+@pytest.fixture
+def file(tmp_path):
+    """A valid file; tests break it."""
+    path = tmp_path / "config.yaml"
+    path.write_text(to_yaml(sc.MADyS(sc.make("rover-t3-c2")), RunConfig()))
+    return path
+
+
+def there_and_back(algorithm, run, path):
+    path.write_text(to_yaml(algorithm, run))
+    again, run_again = from_yaml(path)
+    assert again.config == algorithm.config
+    assert again.env.config == algorithm.env.config
+    assert again.env.name == algorithm.env.name
+    assert run_again == run
+    assert to_yaml(again, run_again) == path.read_text()
+
+
+def changed(value):
+    """Another value of the same type, valid for most fields."""
+    if isinstance(value, bool):
+        return not value
+    return value + 2 if isinstance(value, int) else value * 0.75
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_come_back_as_they_were(name, tmp_path):
+    there_and_back(sc.MADyS(sc.make(name)), RunConfig(), tmp_path / "c.yaml")
+
+
+def test_non_default_everything_comes_back_as_it_was(tmp_path):
+    env = sc.make(
+        "rover-t3-c2",
+        **{"n_agents": 5, "n_poi_types": 4, "pois_per_type": 2, "poi_values": (1.0, 2.0, 0.5, 1e-3)},
+        **{"spatial_coupling": 3, "parents": {"C": ("A", "B"), "D": ("C",), "A": ()}},
+        **{"episode_length": 33, "world_size": 12.5, "bounded": True, "max_turn": 1.0, "max_speed": 0.5},
+        **{"activation_distance": 3.0, "min_distance": 0.25, "sensor": "closest", "sensor_resolution": 45},
+        **{"observation_radius": 9.0, "observed_pois": "vanish", "team_reward": "fraction"},
+    )
+    evolution = sc.EvolutionConfig(3, "proportional", 5, 0.25, 4.0, 0.5, altered(sc.MutationConfig()))
+    algorithm = sc.MADyS(
+        env,
+        sc.MADySConfig(
+            **{"population": 12, "episodes": 7, "probe_episodes": 3, "updates": 12},
+            **{
+                "exploration_noise": 0.45,
+                "buffer_capacity": 31_337,
+                "skills": ("go_to_agent", "go_to_poi_D"),
+            },
+            selector=sc.NetworkConfig((5,), "none"),
+            evolution=dataclasses.replace(evolution, mutation=altered(evolution.mutation, kind="gaussian")),
+            learner=altered(sc.TD3Config(), network=sc.NetworkConfig((6, 7, 8), "none")),
+            plateau=altered(sc.PlateauConfig()),
+        ),
+    )
+    run = RunConfig((7, 5, 2004), 1234, 9, 3, 0.5, 4, False)
+    for config, default in ((env.config, sc.RoverConfig()), (algorithm.config, sc.MADySConfig())):
+        for field in dataclasses.fields(default):
+            assert getattr(config, field.name) != getattr(default, field.name), f"{field.name} is the default"
+    assert all(getattr(run, f.name) != getattr(RunConfig(), f.name) for f in dataclasses.fields(run))
+    there_and_back(algorithm, run, tmp_path / "c.yaml")
+
+
+def altered(config, **more):
+    """A configuration with every plain field changed."""
+    plain = {f.name: getattr(config, f.name) for f in dataclasses.fields(config)}
+    changes = {name: changed(v) for name, v in plain.items() if isinstance(v, bool | int | float)}
+    return dataclasses.replace(config, **{**changes, **more})
+
+
+def test_the_file_is_plain_yaml(file):
+    sections = yaml.safe_load(file.read_text())
+    assert list(sections) == ["algorithm", "environment", "run"]
+    assert sections["algorithm"]["learner"]["discount"] == 0.9
+    assert "!!" not in file.read_text()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("  population:", "  popluation:", [": algorithm", "'popluation'", "nearest first: population,"]),
+        ("    discount:", "    discuont:", [": algorithm.learner", "'discuont'", "first: discount,"]),
+        ("  n_agents:", "  n_agent:", [": environment", "'n_agent'", "first: n_agents,"]),
+        ("  keep:", "  kept:", [": run", "'kept'", "first: keep,"]),
+        ("name: madys", "name: madsy", ["algorithm", "'madsy'", "madys"]),
+        ("name: rover-t3-c2", "name: rover-t3c2", ["environment preset", "'rover-t3c2'", "rover-t3-c2"]),
+        ("sensor: density", "sensor: closets", ["environment.sensor", "'closets'", "'closest'", "'density'"]),
+        ("population: 40", "population: many", ["algorithm.population", "'many'"]),
+        ("population: 40", "population: 2.5", ["algorithm.population", "2.5"]),
+        ("population: 40", "population: 5", [": algorithm", "population = 5", "elites"]),
+        ("    discount: 0.9", "    discount: 1.0", [": algorithm", "learner.discount = 1.0"]),
+        ("episode_length: 70", "episode_length: 0", [": environment", "episode_length = 0"]),
+        ("spatial_coupling: 2", "spatial_coupling: 5", [": environment", "spatial_coupling = 5", "n_agents"]),
+        ("parents: null", "parents: {A: [B], B: [A]}", [": environment", "cycle"]),
+        ("parents: null", "parents: {B: [Q]}", [": environment", "'Q'"]),
+        ("parents: null", "parents: 7", ["environment.parents", "7"]),
+        ("steps: 2000000", "steps: 0", [": run", "steps = 0"]),
+        ("  - 0", "  - -1", [": run", "seeds"]),
+        ("  - 0", "  - zero", ["run.seeds", "'zero'"]),
+        ("skills: null", "skills: [go_to_pio_A]", ["'go_to_pio_A'", "go_to_poi_A"]),
+        ("  learner:", "  learner: 3\n  elsewhere:", ["algorithm", "elsewhere"]),
+    ],
+)
+def test_a_mistake_is_one_line_naming_file_field_and_what_is_valid(old, new, expected, file):
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new, 1))
+    with pytest.raises(sc.UserError) as caught:
+        from_yaml(file)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert str(file) in line
+    for part in expected:
+        assert part in line
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "42",
+        "- a\n- b",
+        "algorithm: {}",
+        "a: [",
+        "\tb: 1",
+        "x: !unknown 3",
+        "\x00",
+        "algorithm: {name: madys}",
+    ],
+)
+def test_what_is_no_configuration_is_refused_in_one_line(text, file):
+    file.write_text(text)
+    with pytest.raises(sc.UserError) as caught:
+        from_yaml(file)
+    assert str(file) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_bytes_that_are_no_text_and_files_that_are_none(file, tmp_path):
+    file.write_bytes(b"\xff\xfe\x00\x81")
+    for path in (file, tmp_path, tmp_path / "missing.yaml"):
+        with pytest.raises(sc.UserError, match="cannot be read") as caught:
+            from_yaml(path)
+        assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("section", ["algorithm", "environment", "run"])
+@pytest.mark.parametrize("value", [None, 3, [1], {"nested": {"deep": 1}}])
+def test_a_section_of_another_shape_is_refused(section, value, file):
+    sections = yaml.safe_load(file.read_text())
+    file.write_text(yaml.safe_dump({**sections, section: value}))
+    with pytest.raises(sc.UserError, match=section) as caught:
+        from_yaml(file)
+    assert "\n" not in str(caught.value)
+
+
+def test_tags_that_would_run_code_are_refused_and_run_nothing(file, tmp_path):
+    mark = tmp_path / "ran"
+    file.write_text(f'algorithm: !!python/object/apply:os.system ["touch {mark}"]\n' + file.read_text())
+    with pytest.raises(sc.UserError, match=r"cannot be read as YAML"):
+        from_yaml(file)
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        *({field: 0} for field in ("steps", "score_episodes", "generations_per_report", "keep")),
+        *({"seeds": seeds} for seeds in ((), (1, 1), (-1,), (2**32,))),
+        {"checkpoint_seconds": -1.0},
+        {"checkpoint_seconds": float("nan")},
+        # Environment steps are counted in 32 bits: a budget that could never be reached is no budget.
+        {"steps": 3_000_000_000},
+    ],
+)
+def test_run_options_out_of_range(fields):
+    with pytest.raises(sc.UserError, match=next(iter(fields))):
+        RunConfig(**fields)

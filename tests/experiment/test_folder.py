@@ -1,0 +1,141 @@
+"""A run folder is whole or not there, and trouble with the disk is one line."""
+
+import errno
+import os
+import shutil
+import stat
+
+import pytest
+
+import skillcrew as sc
+from experiment.tiny import OPTIONS, InterruptAfter, contents, start_command
+from skillcrew.experiment.files import write_whole
+from skillcrew.experiment.folder import RunFolder
+from skillcrew.experiment.metrics import read_metrics
+
+
+def full(*_, **__):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_folder_explains_itself(finished):
+    assert {"config.yaml", "metrics.parquet", "timing.json", "environment.txt", "README.txt"} <= {
+        path.name for path in finished.iterdir()
+    }
+    environment = (finished / "environment.txt").read_text()
+    for part in ("skillcrew ", "jax ", "python ", "device ", "command "):
+        assert f"\n{part}" in "\n" + environment
+    explained = (finished / "README.txt").read_text()
+    for path in finished.iterdir():
+        assert path.name in explained or path.name == "README.txt"
+    assert not [path for path in finished.iterdir() if path.name.startswith(".")]
+
+
+def test_files_can_be_read_by_others(finished):
+    for name in ("config.yaml", "metrics.parquet"):
+        assert (finished / name).stat().st_mode & stat.S_IROTH
+
+
+@pytest.mark.parametrize("kind", ["run", "folder", "file"])
+def test_what_exists_is_refused_and_untouched(kind, copied, tmp_path, counting):
+    place = copied if kind == "run" else tmp_path / "other"
+    if kind == "folder":
+        place.mkdir()
+        (place / "thesis.tex").write_text("years of work")
+    elif kind == "file":
+        place.write_text("years of work")
+    before = contents(tmp_path)
+    with pytest.raises(sc.UserError, match=r"exists and is never overwritten.*--out") as caught:
+        sc.train(counting, out=place, steps=50.0)
+    assert "\n" not in str(caught.value)
+    assert contents(tmp_path) == before
+
+
+def test_below_a_file_nothing_can_be_made(tmp_path, counting):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(sc.UserError, match="cannot be written, not a directory") as caught:
+        sc.train(counting, out=tmp_path / "file" / "run", steps=50.0)
+    assert str(tmp_path / "file" / "run") in str(caught.value)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_read_only_parent(tmp_path, counting):
+    tmp_path.chmod(0o500)
+    with pytest.raises(sc.UserError, match=r"you may not write there.*--out"):
+        sc.train(counting, out=tmp_path / "run", steps=50.0)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS])
+def test_a_refusal_by_the_system_is_one_line(code, tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr("tempfile.mkstemp", refuse)
+    with pytest.raises(sc.UserError, match=r"you may not write there; .*--out") as caught:
+        RunFolder(tmp_path / "run").create("text")
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_disk_that_is_full_from_the_start_leaves_no_folder(tmp_path, monkeypatch, counting):
+    monkeypatch.setattr("pathlib.Path.write_text", full)
+    with pytest.raises(sc.UserError, match="the disk is full"):
+        sc.train(counting, out=tmp_path / "deep" / "run", steps=50.0)
+    assert not (tmp_path / "deep" / "run").exists()
+
+
+def test_a_file_is_written_whole_or_stays_as_it_was(tmp_path):
+    path = tmp_path / "file"
+    write_whole(path, lambda temporary: temporary.write_text("old"))
+
+    def half(temporary):
+        temporary.write_text("ne")
+        full()
+
+    with pytest.raises(sc.UserError, match=r"file: cannot be written, the disk is full"):
+        write_whole(path, half)
+    with pytest.raises(ZeroDivisionError):  # Not trouble with the disk: somebody's bug, shown as such.
+        write_whole(path, lambda temporary: 1 / 0)
+    assert contents(tmp_path) == {"file": b"old"}
+
+
+def test_a_disk_that_fills_up_leaves_what_was_saved(tmp_path, monkeypatch, counting):
+    run = tmp_path / "run"
+    with monkeypatch.context() as disk, pytest.raises(sc.UserError) as caught:
+        reporter = InterruptAfter(2, lambda: disk.setattr("pyarrow.parquet.write_table", full))
+        sc.train(counting, 2, 200.0, run, reporter, **OPTIONS)
+    assert "the disk is full" in str(caught.value) and "skillcrew resume" in str(caught.value)
+    assert read_metrics(run / "metrics.parquet")["generation"].max() == 2
+    resumed = sc.Run(run, counting.env).resume()
+    assert resumed.metrics()["environment_steps"][-1] >= 200
+
+
+def test_a_limit_on_file_sizes_is_one_line_and_exit_code_2(copied):
+    latest = sorted((copied / "checkpoints").iterdir(), key=lambda path: int(path.name))
+    for path in latest[1:]:  # So that there is something to do.
+        shutil.rmtree(path)
+    before = contents(copied)
+
+    # In blocks of 512 bytes: room for the configuration, not for metrics.
+    process = start_command("resume", str(copied), before="ulimit -f 8")
+    output, errors = process.communicate(timeout=300)
+    assert process.returncode == 2, errors
+    assert output == ""
+    assert errors.splitlines()[-1].startswith("skillcrew: ") and "the disk is full" in errors
+    assert "Traceback" not in errors
+    after = contents(copied)
+    assert {name: after[name] for name in before if name != "timing.json"} == {
+        name: before[name] for name in before if name != "timing.json"
+    }
+    assert set(after) == set(before)
+
+
+def test_what_is_no_run(tmp_path):
+    with pytest.raises(sc.UserError, match="no such run folder"):
+        sc.Run(tmp_path / "none")
+    with pytest.raises(sc.UserError, match=r"not a run folder.*config\.yaml"):
+        sc.Run(tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(sc.UserError, match="run folder"):
+        sc.Run(tmp_path / "file")

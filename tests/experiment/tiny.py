@@ -1,0 +1,215 @@
+"""Runs small enough for tests: one of MADyS, made once, and a counting algorithm for the runner alone."""
+
+import atexit
+import dataclasses
+import functools
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.experimental.compilation_cache import compilation_cache
+
+import skillcrew as sc
+from skillcrew.envs.environment import Environment, TimeStep
+from skillcrew.experiment.checkpoints import Checkpoints
+from skillcrew.experiment.generation import shapes
+from skillcrew.experiment.metrics import read_metrics
+
+SEEDS = (3, 11)
+STEPS = 900
+OPTIONS = {"score_episodes": 3, "generations_per_report": 2, "checkpoint_seconds": 0.0}
+
+
+def scratch() -> Path:
+    """A folder for the whole session."""
+    folder = Path(tempfile.mkdtemp(prefix="skillcrew-tests-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+@functools.cache
+def compile_once() -> dict[str, str]:
+    """Lets this process and those it starts share compiled programs; compiling is what takes long.
+
+    Returns:
+        The environment variables with which a process takes part.
+    """
+    folder = os.environ.get("JAX_COMPILATION_CACHE_DIR") or str(scratch())
+    jax.config.update("jax_compilation_cache_dir", folder)
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    # What was compiled before this call has made JAX settle on having no cache.
+    compilation_cache.reset_cache()
+    return {"JAX_COMPILATION_CACHE_DIR": folder, "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
+
+
+def tiny_madys(**overrides) -> sc.MADyS:
+    """Two rovers that now and then succeed within six steps, so that episodes differ in length."""
+    env = sc.make("rover-t2-c2", episode_length=6, activation_distance=9.0)
+    small = sc.NetworkConfig(hidden=(8,))
+    fields = {
+        "population": 7,
+        "episodes": 2,
+        "probe_episodes": 1,
+        "updates": 2,
+        "buffer_capacity": 400,
+        "skills": ("go_to_poi_A", "go_to_poi_B"),
+        "selector": small,
+        "learner": sc.TD3Config(batch_size=8, network=small),
+    }
+    return sc.MADyS(env, **{**fields, **overrides})
+
+
+@functools.cache
+def finished_run() -> Path:
+    """A run to the end of its budget, uninterrupted. Copy it before changing anything."""
+    compile_once()
+    folder = scratch() / "finished"
+    sc.train(tiny_madys(), SEEDS, float(STEPS), folder, **OPTIONS)
+    return folder
+
+
+def start_command(*words: str, before: str = "") -> subprocess.Popen:
+    """Starts the command line in a process of its own, after what the shell is to do `before`."""
+    program = "from skillcrew.cli.main import main; main()"
+    shell = ["sh", "-c", f'{before}\nexec "$@"', "sh"] if before else []
+    return subprocess.Popen(
+        [*shell, sys.executable, "-c", program, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **compile_once(), "COLUMNS": "200"},
+    )
+
+
+def last_arrays(folder: Path, algorithm=None) -> dict[str, np.ndarray]:
+    """All arrays of a run's last checkpoint, by name."""
+    run = sc.Run(folder, getattr(algorithm, "env", None))
+    arrays, _ = Checkpoints(folder / "checkpoints").read(shapes(algorithm or run.algorithm, run.config))
+    return {name: np.asarray(array) for name, array in arrays.items()}
+
+
+def assert_same_arrays(these: dict[str, np.ndarray], those: dict[str, np.ndarray]) -> None:
+    """Equal to the bit, NaN equal to NaN."""
+    assert sorted(these) == sorted(those)
+    for name, array in these.items():
+        assert array.dtype == those[name].dtype, name
+        np.testing.assert_array_equal(array, those[name], err_msg=name)
+
+
+def assert_same_ending(folder: Path, reference: Path, algorithm=None) -> None:
+    """Two runs have the same metrics, and all that their last checkpoints hold is the same."""
+    assert_same_arrays(read_metrics(folder / "metrics.parquet"), read_metrics(reference / "metrics.parquet"))
+    assert_same_arrays(last_arrays(folder, algorithm), last_arrays(reference, algorithm))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file below a folder, to see whether anything changed."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+class InterruptAfter:
+    """A reporter that calls `act` after so many chunks of generations."""
+
+    def __init__(self, chunks: int, act):
+        self._left = chunks
+        self._act = act
+        self.notes: list[str] = []
+
+    def note(self, line):
+        self.notes.append(line)
+
+    def update(self, metrics, steps_per_second):
+        self._left -= 1
+        if self._left == 0:
+            self._act()
+
+    def close(self): ...
+
+
+class Countdown(Environment):
+    """Worlds that end after 1 to 5 of 6 steps; agents see how many steps are left after this one."""
+
+    name = "countdown"
+    n_agents = 2
+    observation_size = 1
+    action_size = 1
+    episode_length = 6
+    skills = ("wait",)
+
+    def reset(self, key):
+        left = jax.random.randint(key, (), 0, 5)
+        return left, self._seen(left)
+
+    def step(self, state, action, key):
+        del action, key
+        done = state == 0
+        nothing = jnp.zeros((self.n_agents, 1))
+        left = state - 1
+        step = TimeStep(self._seen(left), nothing, done.astype(jnp.float32), done, jnp.zeros((), bool))
+        return left, step
+
+    def _seen(self, left):
+        return jnp.full((self.n_agents, 1), left, jnp.float32)
+
+
+class CountdownTeam(eqx.Module):
+    """Its choice is what it sees; it carries the generation that it is the champion of."""
+
+    generation: jax.Array
+
+    def initial_memory(self):
+        return ()
+
+    def act(self, observation, memory, key):
+        del key
+        return jnp.zeros_like(observation), memory, observation[:, 0].astype(jnp.int32)
+
+
+@dataclasses.dataclass(frozen=True)
+class CountingConfig:
+    least: int = 10
+    """Environment steps per generation: these, and up to 4 more, drawn from the seed."""
+
+
+class Counting:
+    """Counts generations: shows what the runner does with an algorithm, and compiles at once."""
+
+    name = "counting"
+    config_class = CountingConfig
+
+    def __init__(self, env, config=None):
+        self.env = env
+        self.config = config or CountingConfig()
+        self.traces = 0
+
+    def choices(self):
+        return ("wait",)
+
+    def init(self, key):
+        stride = jax.random.randint(key, (), 0, 5) + self.config.least
+        return {"key": key, "generation": jnp.zeros((), jnp.int32), "stride": stride}
+
+    def step(self, state):
+        self.traces += 1
+        key, draw = jax.random.split(state["key"])
+        generation = state["generation"] + 1
+        metrics = {
+            "environment_steps": generation * state["stride"],
+            "fitness_best": jax.random.uniform(draw),
+            "fitness_mean": jnp.full((), jnp.nan),
+        }
+        return {"key": key, "generation": generation, "stride": state["stride"]}, metrics
+
+    def team(self, state):
+        return CountdownTeam(state["generation"])
+
+    def transient_bytes(self):
+        return 0

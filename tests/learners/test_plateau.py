@@ -1,0 +1,113 @@
+"""When a skill stops learning, against a plain Python reading of the rule."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from oracles.rover_cases import quick_jit
+from skillcrew.learners.plateau import Plateau, PlateauConfig, mean_return
+
+GENERATIONS, SKILLS = 16, 3
+# Halves and quarters only: every running average is exact, so that ties are ties for both.
+CONFIG = PlateauConfig(window=3, tolerance=0.25, smoothing=0.5)
+
+
+def stopping_generation(returns: list[float], config: PlateauConfig) -> int:
+    """The generation, counted from 1, after `window` of which in a row brought no improvement; or -1."""
+    smoothed = best = None
+    waited = 0
+    for generation, value in enumerate(returns, start=1):
+        if smoothed is None:
+            smoothed = best = value
+            continue
+        smoothed = config.smoothing * smoothed + (1 - config.smoothing) * value
+        if smoothed > best + config.tolerance * abs(best):
+            best, waited = smoothed, 0
+        else:
+            waited += 1
+        if waited >= config.window and config.enabled:
+            return generation
+    return -1
+
+
+def follow(config: PlateauConfig):
+    """A compiled function from returns [generations, skills] to `stopped_at` after each generation."""
+
+    def observe(plateau, inputs):
+        plateau = plateau.observe(*inputs, config)
+        return plateau, plateau.stopped_at
+
+    generations = jnp.arange(1, GENERATIONS + 1, dtype=jnp.int32)
+    return quick_jit(lambda returns: jax.lax.scan(observe, Plateau.create(SKILLS), (returns, generations))[1])
+
+
+FOLLOW = follow(CONFIG)
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(
+        st.lists(st.integers(-6, 6).map(float), min_size=SKILLS, max_size=SKILLS),
+        min_size=GENERATIONS,
+        max_size=GENERATIONS,
+    )
+)
+def test_each_skill_stops_at_its_own_moment_for_good(returns: list[list[float]]) -> None:
+    stopped_at = np.asarray(FOLLOW(jnp.array(returns)))
+    for skill in range(SKILLS):
+        moment = stopping_generation([row[skill] for row in returns], CONFIG)
+        expected = [moment if 0 < moment <= now else -1 for now in range(1, GENERATIONS + 1)]
+        assert stopped_at[:, skill].tolist() == expected
+
+
+def test_improvement_after_the_stop_changes_nothing() -> None:
+    returns = np.zeros((GENERATIONS, SKILLS))
+    returns[6:] = 1000 * np.arange(1, 11)[:, None] ** 2
+    stopped_at = np.asarray(FOLLOW(jnp.asarray(returns, jnp.float32)))
+    assert stopped_at[-1].tolist() == [4] * SKILLS
+
+
+def test_a_disabled_plateau_never_stops() -> None:
+    stopped_at = follow(dataclasses.replace(CONFIG, enabled=False))(jnp.zeros((GENERATIONS, SKILLS)))
+    assert (np.asarray(stopped_at) == -1).all()
+
+
+def test_nothing_is_known_at_the_start_and_the_first_return_is_taken_as_it_is() -> None:
+    start = Plateau.create(SKILLS)
+    assert np.isnan(start.smoothed).all()
+    assert not start.stopped.any()
+    after = start.observe(jnp.array([-7.0, 0.0, 3.0]), jnp.int32(1), CONFIG)
+    assert after.smoothed.tolist() == after.best.tolist() == [-7, 0, 3]
+    assert after.waited.tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("agents", [(), (2,)])
+def test_mean_return_is_the_double_sum(agents: tuple[int, ...]) -> None:
+    time, episodes, discount = 6, 4, 0.7
+    rng = np.random.default_rng(0)
+    rewards = rng.normal(size=(time, episodes, *agents)).astype(np.float32)
+    lengths = np.array([6, 1, 3, 5])
+    lived = np.arange(time)[:, None] < lengths
+    lived = np.broadcast_to(lived.reshape(time, episodes, *(1,) * len(agents)), rewards.shape)
+    returns = []
+    for index in np.ndindex(*rewards.shape[1:]):
+        length = lengths[index[0]]
+        for t in range(length):
+            steps = range(t, length)
+            returns.append(sum(discount ** (u - t) * float(rewards[(u, *index)]) for u in steps))
+    # What was never lived must not count, whatever is written there.
+    poisoned = jnp.asarray(np.where(lived, rewards, np.float32(1e6)))
+    assert float(mean_return(poisoned, jnp.asarray(lived), discount)) == pytest.approx(
+        np.mean(returns), rel=1e-5
+    )
+
+
+def test_mean_return_without_discount_is_the_mean_reward() -> None:
+    rewards = jnp.array([[1.0, 2.0], [4.0, 9.0]])
+    lived = jnp.array([[True, True], [True, False]])
+    assert float(mean_return(rewards, lived, 0.0)) == pytest.approx(7 / 3)

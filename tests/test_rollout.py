@@ -1,0 +1,169 @@
+"""Algorithm 2 in one scan, against a Python loop over teams, episodes and steps."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from oracles.rover_cases import quick_jit
+from oracles.toy import ACTION, AGENTS, LENGTH, SKILLS, Toy, ToyTeam, live
+from skillcrew.rollout import Start, Trajectories, rollout, side_by_side, single_policy, stacked_policy
+
+TEAMS, EPISODES, OTHERS = 4, 5, 2
+ENV = Toy()
+
+
+def teams_of(key) -> ToyTeam:
+    return jax.vmap(ToyTeam.create)(jax.random.split(key, TEAMS))
+
+
+def team_policy(weights):
+    return stacked_policy(ToyTeam, weights, TEAMS)
+
+
+def live_all(key, noise: float) -> dict[str, Any]:
+    """All teams in the same episodes; beside them one more team, in the first of these episodes."""
+    key_teams, key_other, key_start, key = jax.random.split(key, 4)
+    teams, other = teams_of(key_teams), ToyTeam.create(key_other)
+    start = Start.draw(ENV, key_start, EPISODES)
+    policy = side_by_side(team_policy(teams.weights), single_policy(other), TEAMS * EPISODES)
+    worlds = start.repeat(TEAMS).join(start.first(OTHERS))
+    memory = (jnp.zeros(TEAMS * EPISODES), jnp.zeros(OTHERS))
+    lived = rollout(ENV, policy, memory, worlds, key, noise)
+    return {"lived": lived, "teams": teams, "other": other, "start": start, "returns": lived.team_return()}
+
+
+@pytest.fixture(scope="module")
+def quiet() -> dict[str, Any]:
+    return quick_jit(lambda key: live_all(key, 0.0))(jax.random.key(0))
+
+
+@pytest.fixture(scope="module")
+def episodes(quiet) -> list:
+    """The Python loop's steps of each world, in the order of the rollout's worlds."""
+    offset, limit = (np.asarray(quiet["start"].state[name]) for name in ("offset", "limit"))
+    by_team = [
+        live(np.asarray(weights), offset[:, e], int(limit[e]))
+        for weights in quiet["teams"].weights
+        for e in range(EPISODES)
+    ]
+    other = np.asarray(quiet["other"].weights)
+    return by_team + [live(other, offset[:, e], int(limit[e])) for e in range(OTHERS)]
+
+
+def test_episodes_end_at_different_times_and_for_both_reasons(episodes) -> None:
+    assert len({len(steps) for steps in episodes}) > 2
+    assert {steps[-1].terminated for steps in episodes} == {True, False}
+    # Some are cut off before the longest episode ends.
+    assert any(len(steps) < LENGTH and not steps[-1].terminated for steps in episodes)
+
+
+@pytest.mark.parametrize(
+    "field", ["observation", "action", "next_observation", "local_rewards", "team_reward"]
+)
+def test_every_lived_step_is_that_of_the_loop(quiet, episodes, field: str) -> None:
+    values = np.asarray(getattr(quiet["lived"], field))
+    for world, steps in enumerate(episodes):
+        expected = np.array([getattr(step, field) for step in steps])
+        np.testing.assert_allclose(values[: len(steps), world], expected, rtol=1e-4, atol=1e-4)
+
+
+def test_choices_and_ends_are_those_of_the_loop(quiet, episodes) -> None:
+    for world, steps in enumerate(episodes):
+        lived: Trajectories = quiet["lived"].worlds(slice(world, world + 1))
+        assert lived.lived[:, 0].tolist() == [time < len(steps) for time in range(LENGTH)]
+        assert lived.terminated[: len(steps), 0].tolist() == [step.terminated for step in steps]
+        assert lived.choice[: len(steps), 0].tolist() == [step.choice for step in steps]
+
+
+def test_the_last_next_observation_is_that_of_the_last_state(quiet, episodes) -> None:
+    for world, steps in enumerate(episodes):
+        last = np.asarray(quiet["lived"].next_observation[len(steps) - 1, world])
+        # The clock has gone on: neither a fresh world, nor one stepped after its end.
+        assert last[:, 3].tolist() == [len(steps)] * AGENTS
+
+
+def test_return_and_steps_leave_padding_out(quiet, episodes) -> None:
+    expected = [sum(step.team_reward for step in steps) for steps in episodes]
+    np.testing.assert_allclose(quiet["returns"], expected, rtol=1e-4, atol=1e-4)
+    assert int(quiet["lived"].steps_lived()) == sum(len(steps) for steps in episodes)
+    assert len(episodes) * LENGTH > int(quiet["lived"].steps_lived())
+
+
+def test_each_team_lives_as_it_does_alone(quiet) -> None:
+    @quick_jit
+    def alone(weights, start):
+        memory = jnp.zeros(EPISODES)
+        return rollout(ENV, single_policy(ToyTeam(weights)), memory, start, jax.random.key(9))
+
+    for team in range(TEAMS):
+        mine = quiet["lived"].worlds(slice(team * EPISODES, (team + 1) * EPISODES))
+        expected = alone(quiet["teams"].weights[team], quiet["start"])
+        for one, other in zip(jax.tree.leaves(mine), jax.tree.leaves(expected), strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-4)
+
+
+def test_all_teams_meet_the_same_worlds_which_differ_from_each_other(quiet) -> None:
+    first = np.asarray(quiet["lived"].observation[0])[: TEAMS * EPISODES]
+    by_team = first.reshape(TEAMS, EPISODES, AGENTS, -1)
+    assert (by_team == by_team[:1]).all()
+    offsets = by_team[0, :, :, 0]
+    assert len(np.unique(offsets)) == offsets.size
+    np.testing.assert_array_equal(first[:OTHERS], np.asarray(quiet["lived"].observation[0])[-OTHERS:])
+
+
+def test_another_key_draws_other_worlds() -> None:
+    one, other = (Start.draw(ENV, jax.random.key(seed), EPISODES).observation for seed in (1, 2))
+    assert one.shape == (AGENTS, ENV.observation_size, EPISODES)
+    assert not np.isin(np.asarray(one)[:, 0], np.asarray(other)[:, 0]).any()
+
+
+class Still(ToyTeam):
+    """Never acts, and chooses by its key, to show what keys and noise it is given."""
+
+    def act(self, observation, memory, key):
+        choice = jax.random.randint(key, (AGENTS,), 0, SKILLS, dtype=jnp.int32)
+        return jnp.zeros((AGENTS, ACTION)), memory, choice
+
+
+WORLDS = 300
+
+
+@pytest.fixture(scope="module", params=[0.3, 5.0])
+def noisy(request) -> tuple[float, Trajectories]:
+    @quick_jit
+    def run(key):
+        start = Start.draw(ENV, key, WORLDS)
+        return rollout(ENV, single_policy(Still(None)), jnp.zeros(WORLDS), start, key, request.param)
+
+    return request.param, run(jax.random.key(3))
+
+
+def test_noise_has_its_deviation_and_is_clipped(noisy) -> None:
+    noise, lived = noisy
+    action = np.asarray(lived.action)
+    drawn = np.clip(noise * np.random.default_rng(0).normal(size=100_000), -1, 1)
+    assert action.mean() == pytest.approx(0, abs=0.03)
+    assert action.std() == pytest.approx(drawn.std(), rel=0.02)
+    assert np.abs(action).max() <= 1
+    assert (np.abs(action) == 1).mean() == pytest.approx((np.abs(drawn) == 1).mean(), abs=0.01)
+
+
+def test_noise_is_on_what_the_environment_receives_and_is_recorded(noisy) -> None:
+    lived = noisy[1]
+    moved = np.asarray(lived.next_observation - lived.observation)[..., 1:3]
+    alive = np.asarray(lived.lived)
+    np.testing.assert_allclose(moved[alive], np.asarray(lived.action)[alive], atol=1e-4)
+
+
+def test_every_world_step_and_agent_has_noise_of_its_own(noisy) -> None:
+    lived = noisy[1].worlds(slice(0, 7))
+    action = np.asarray(lived.action)
+    drawn = action[np.abs(action) < 1]
+    assert drawn.size > 20
+    assert len(np.unique(drawn)) == drawn.size
+    # … and a key of its own for what teams draw.
+    choices = np.asarray(lived.choice).reshape(LENGTH * 7, AGENTS)
+    assert len(np.unique(choices, axis=0)) > 20
