@@ -146,7 +146,7 @@ def peak_memory(steps: str = "1e5") -> float:
 
 def page(steps: int) -> str:
     """Measures everything, as Markdown."""
-    algorithm = MADyS(make("rover-t2-c1"))
+    algorithm = MADyS(make("rover-t2-c1"), population=40, episodes=10, updates=100)
     rate = matrix_product_rate()
     compiled, chunks, state = train(algorithm, steps)
     seconds = parts(algorithm, state)

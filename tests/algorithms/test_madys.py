@@ -114,7 +114,7 @@ def lived(before) -> Lived:
     )
     selectors = jax.vmap(create.decode)(before.evolution.genomes)
     start_keys = jax.random.split(jax.random.split(before.key, 5)[1], EPISODES)
-    return Lived(ENV, selectors, before.learners.actor, start_keys, PROBES)
+    return Lived(ENV, selectors, before.learners.target_actor, start_keys, PROBES)
 
 
 @pytest.fixture(scope="module")
@@ -138,6 +138,10 @@ def identical(one: Any, other: Any) -> bool:
 
 def skill(tree: Any, index: int) -> Any:
     return jax.tree.map(lambda leaf: leaf[index], tree)
+
+
+def with_plateau(state: MADySState, **fields: Any) -> MADySState:
+    return dataclasses.replace(state, plateau=dataclasses.replace(state.plateau, **fields))
 
 
 # Rollout and fitness
@@ -183,16 +187,22 @@ def test_buffer_holds_team_reward_and_end_for_every_agent(after, lived, field: s
     assert sum(expected) > 0
 
 
-def test_exploration_noise_reaches_the_rollout(before, monkeypatch) -> None:
+def test_exploration_noise_lasts_until_all_skills_have_stopped(before, monkeypatch) -> None:
     received = []
 
     def recorded(*args):
         received.append(args[-1])
         return rollout(*args)
 
+    @jax.jit
+    def noise(state: MADySState) -> Any:
+        """What a step hands to the rollout; all else it computes is dropped by the compiler."""
+        MADyS(ENV, CONFIG, exploration_noise=0.25).step(state)
+        return received[-1]
+
     monkeypatch.setattr(module, "rollout", recorded)
-    jax.eval_shape(MADyS(ENV, CONFIG, exploration_noise=0.25).step, before)
-    assert received == [0.25]
+    for stopped_at, expected in (([-1, -1, -1, -1], 0.25), ([3, 1, -1, 2], 0.25), ([3, 1, 1, 2], 0.0)):
+        assert float(noise(with_plateau(before, stopped_at=jnp.array(stopped_at, jnp.int32)))) == expected
 
 
 def test_start_worlds_differ_between_episodes_and_generations(run, lived) -> None:
@@ -218,7 +228,7 @@ def test_the_champion_is_the_fittest_with_the_skills_as_they_are_now(before, aft
         [np.asarray(leaf).reshape(AGENTS, -1) for leaf in jax.tree.leaves(team.selectors)], 1
     )
     np.testing.assert_array_equal(genes.ravel(), fittest)
-    assert identical(team.skills, after.learners.actor)
+    assert identical(team.skills, after.learners.target_actor)
     assert run[1][0]["champion_fitness"] == pytest.approx(fitness.max(), rel=1e-5)
 
 
@@ -257,10 +267,6 @@ def test_returns_are_of_each_skills_own_probes(run, lived) -> None:
 def test_every_skill_learns(before, after) -> None:
     for index in range(SKILLS):
         assert not identical(skill(before.learners.actor, index), skill(after.learners.actor, index))
-
-
-def with_plateau(state: MADySState, **fields: Any) -> MADySState:
-    return dataclasses.replace(state, plateau=dataclasses.replace(state.plateau, **fields))
 
 
 def test_stopped_skills_stay_while_the_others_and_evolution_go_on(run) -> None:

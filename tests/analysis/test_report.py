@@ -39,7 +39,7 @@ def test_the_curve_is_the_score_within_the_budget(run):
         np.testing.assert_array_equal(steps, columns["environment_steps"][rows])
         np.testing.assert_array_equal(values, columns["success_rate"][rows])
     assert columns["environment_steps"].max() > tiny.STEPS, "nothing was beyond the budget"
-    assert curve.label == "madys"
+    assert curve.label == "MADyS"
     assert learning_curve(run, "ours").label == "ours"
 
 

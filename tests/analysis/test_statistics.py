@@ -6,15 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from skillcrew.analysis.statistics import (
-    mean_band,
-    moving_average,
-    proportion_interval,
-    seed_interval,
-    skill_shares,
-    t_quantile,
-)
+from skillcrew.analysis.statistics import mean_band, moving_average, skill_shares
 from skillcrew.errors import UserError
+from skillcrew.intervals import proportion_interval, seed_interval, t_quantile
 
 
 @pytest.mark.parametrize(

@@ -307,17 +307,6 @@ def test_list_as_text_and_as_json(capsys):
         assert name in text
 
 
-def test_a_misspelt_command_does_not_wait_for_jax():
-    program = (
-        "import sys; from skillcrew.cli.main import run_command; code = run_command(['evalute']); "
-        "print('jax' in sys.modules); sys.exit(code)"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert done.stderr.startswith("skillcrew: unknown command 'evalute'") and done.stderr.count("\n") == 1
-    assert done.stdout == "False\n"
-
-
 def test_the_installed_command_in_a_process_of_its_own(finished):
     process = tiny.start_command("evaluate", str(finished), "--episodes", "20", "--json")
     output, errors = process.communicate(timeout=300)

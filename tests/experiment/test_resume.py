@@ -104,9 +104,8 @@ def test_no_checkpoint_yet_means_from_the_beginning(counting, tmp_path):
     assert_same_ending(run, reference, counting)
 
 
-@pytest.mark.parametrize("budget", [45, 100])
-def test_a_larger_budget_ends_as_if_asked_for_at_once(budget, counting, tmp_path):
-    # 35 steps end within generation 4 of every seed; champions of 45 steps are already behind some.
+def test_a_larger_budget_ends_as_if_asked_for_at_once(counting, tmp_path):
+    budget = 100
     sc.train(counting, 4, 35.0, tmp_path / "run", **OPTIONS)
     extended = sc.Run(tmp_path / "run", counting.env).resume(float(budget))
     at_once = sc.train(counting, 4, float(budget), tmp_path / "at_once", **OPTIONS)

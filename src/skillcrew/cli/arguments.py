@@ -22,7 +22,7 @@ def parse_count(text: str) -> int:
     """
     try:
         number = decimal.Decimal(text)
-        if number != number.to_integral_value():
+        if number != number.to_integral_value() or abs(number) >= 2**63:
             raise ValueError
         return int(number)
     except (ValueError, OverflowError, decimal.InvalidOperation):

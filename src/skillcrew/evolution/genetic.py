@@ -29,9 +29,12 @@ class EvolutionConfig:
     crossover_share: float = 0.5
     """Share of the children made by crossover between an elite and a member of S; the others
     are members of S themselves. Both then mutate."""
-    lineage_memory: float = 10.0
+    lineage_memory: float = 20.0
     """Evaluations that an individual's mean fitness remembers; 1 ranks by the last one alone."""
-    lineage_inheritance: float = 0.2
+    lineage_prior: float = 3.0
+    """Evaluations at the population's mean fitness that each individual is ranked as if it had lived
+    too, so that a newcomer's one lucky evaluation does not outrank an elite's ten good ones."""
+    lineage_inheritance: float = 0.0
     """Share of its parent's evaluations that a changed child starts with. Measured: at 0.6 children
     cannot outrank their parents soon enough."""
     mutation: MutationConfig = dataclasses.field(default_factory=MutationConfig)
@@ -47,6 +50,8 @@ class EvolutionConfig:
         for field in ("crossover_share", "lineage_inheritance"):
             if not 0 <= getattr(self, field) <= 1:
                 raise UserError(f"evolution.{field} = {getattr(self, field)}: give a share between 0 and 1")
+        if self.lineage_prior < 0:
+            raise UserError(f"evolution.lineage_prior = {self.lineage_prior}: give a number of at least 0")
         if self.lineage_memory < 1:
             raise UserError(f"evolution.lineage_memory = {self.lineage_memory}: give at least 1 evaluation")
 
@@ -91,12 +96,13 @@ def next_generation(
     crossed = round(config.crossover_share * children)
 
     lineage = state.lineage.add(fitness, config.lineage_memory)
-    order = rank(lineage.mean)
+    standing = lineage.standing(config.lineage_prior)
+    order = rank(standing)
     elites = order[: config.elites]
     if config.selection == "tournament":
-        selected = tournament(key_select, lineage.mean, children, config.tournament_size)
+        selected = tournament(key_select, standing, children, config.tournament_size)
     else:
-        selected = proportional(key_select, lineage.mean, children)
+        selected = proportional(key_select, standing, children)
 
     partners = jax.random.choice(key_partner, selected, (crossed,))
     mates = jax.random.choice(key_elite, elites, (crossed,))

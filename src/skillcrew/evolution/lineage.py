@@ -34,6 +34,15 @@ class Lineage(eqx.Module):
         mean = (self.mean * known + fitness) / (known + 1)
         return Lineage(mean, known + 1)
 
+    def standing(self, prior: float) -> Float[Array, " population"]:
+        """What each individual is ranked by: its mean, drawn towards the population's.
+
+        One perfect evaluation says less than ten good ones. An individual counts as if it had also
+        lived `prior` evaluations at the population's mean fitness.
+        """
+        expected = self.mean.mean()
+        return (self.mean * self.evaluations + expected * prior) / (self.evaluations + prior)
+
     def pick(
         self, parents: Int[Array, " children"], share: Float[Array, " children"] | float = 1.0
     ) -> "Lineage":

@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import shutil
+import sys
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -137,6 +138,7 @@ class Checkpoints:
         except UserError:
             raise
         except Exception as error:
+            _silence_unfinished_reads()
             others = [str(other) for other in self.generations() if str(other) != place.name]
             mend = (
                 f"use another: --checkpoint {' or '.join(others)}"
@@ -144,6 +146,23 @@ class Checkpoints:
                 else "there is no other to go on from"
             )
             raise UserError(f"{place}: damaged or not a checkpoint of skillcrew; {mend}") from error
+
+
+def _silence_unfinished_reads() -> None:
+    """Keeps a failed restore to its one line.
+
+    When one array cannot be read, Orbax closes its event loop while the reads of the others are
+    under way; each of them then prints that the loop is closed, from a thread of its own.
+    """
+    shows_exception, shows_unraisable = sys.excepthook, sys.unraisablehook
+
+    def is_echo(error: BaseException | None) -> bool:
+        return isinstance(error, RuntimeError) and str(error) == "Event loop is closed"
+
+    sys.excepthook = lambda kind, error, trace: (
+        None if is_echo(error) else shows_exception(kind, error, trace)
+    )
+    sys.unraisablehook = lambda about: None if is_echo(about.exc_value) else shows_unraisable(about)
 
 
 def _success_rate(metrics: dict[str, float]) -> float:

@@ -113,14 +113,16 @@ class Run:
 
         returns, choices = jax.jit(jax.vmap(play))(self.champions())
         return Evaluation(
-            self.config.seeds, episodes, np.asarray(returns), np.moveaxis(np.asarray(choices), 1, 2)
+            self.config.seeds, episodes, np.asarray(returns, float), np.moveaxis(np.asarray(choices), 1, 2)
         )
 
     def resume(self, steps: float | int | None = None, reporter: Reporter | None = None) -> "Run":
         """Goes on from the latest checkpoint, to the same bits as if never interrupted.
 
         Args:
-            steps: a larger budget than the run had, to train on.
+            steps: a larger budget than the run had, to train on. What a seed lived beyond its old
+                budget kept no champion of its own: if the new budget ends within that, the old
+                budget's champion stays.
         """
         config = self.config
         if steps is not None:

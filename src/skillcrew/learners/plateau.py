@@ -15,10 +15,10 @@ class PlateauConfig:
 
     enabled: bool = True
     """False trains every skill to the end of the run."""
-    window: int = 10
+    window: int = 15
     """Generations without improvement after which a skill stops. Selectors evolve for the skills as
     they are: while skills go on changing, a champion of 0.85 was seen to fall to 0.5."""
-    tolerance: float = 0.02
+    tolerance: float = 0.01
     """What counts as improvement, as a share of the best return's size."""
     smoothing: float = 0.8
     """R_k is measured on few episodes; this is the weight of its past in the running average."""
