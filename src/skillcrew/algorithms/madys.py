@@ -67,7 +67,7 @@ class MADySConfig:
         for field in ("population", "episodes", "probe_episodes", "updates", "buffer_capacity"):
             if getattr(self, field) < 1:
                 raise UserError(f"{field} = {getattr(self, field)}: give at least 1")
-        if self.exploration_noise < 0:
+        if not self.exploration_noise >= 0:
             raise UserError(f"exploration_noise = {self.exploration_noise}: give a number of at least 0")
         if self.updates % self.learner.policy_delay:
             raise UserError(
@@ -262,6 +262,8 @@ class MADyS:
         for name in names:
             if name not in self.env.skills:
                 raise unknown_name(f"skill of {self.env.name}", name, self.env.skills)
+        if len(set(names)) != len(names):
+            raise UserError(f"skills = {tuple(names)}: give each name once")
         return tuple(self.env.skills.index(name) for name in names)
 
     def _transitions_per_generation(self) -> int:

@@ -50,9 +50,9 @@ class EvolutionConfig:
         for field in ("crossover_share", "lineage_inheritance"):
             if not 0 <= getattr(self, field) <= 1:
                 raise UserError(f"evolution.{field} = {getattr(self, field)}: give a share between 0 and 1")
-        if self.lineage_prior < 0:
+        if not self.lineage_prior >= 0:
             raise UserError(f"evolution.lineage_prior = {self.lineage_prior}: give a number of at least 0")
-        if self.lineage_memory < 1:
+        if not self.lineage_memory >= 1:
             raise UserError(f"evolution.lineage_memory = {self.lineage_memory}: give at least 1 evaluation")
 
     def check_population(self, population: int) -> None:

@@ -50,7 +50,7 @@ class MutationConfig:
                 f"{self.reset_probability}: their sum is above 1; lower one of them"
             )
         for field in ("strength", "large_strength", "reset_deviation", "gaussian_deviation"):
-            if getattr(self, field) < 0:
+            if not getattr(self, field) >= 0:
                 raise UserError(f"mutation.{field} = {getattr(self, field)}: give a number of at least 0")
 
 

@@ -26,7 +26,7 @@ class PlateauConfig:
     def __post_init__(self) -> None:
         if self.window < 1:
             raise UserError(f"plateau.window = {self.window}: give at least 1 generation")
-        if self.tolerance < 0:
+        if not self.tolerance >= 0:
             raise UserError(f"plateau.tolerance = {self.tolerance}: give a number of at least 0")
         if not 0 <= self.smoothing < 1:
             raise UserError(f"plateau.smoothing = {self.smoothing}: give a number from 0 to below 1")

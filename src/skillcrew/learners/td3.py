@@ -56,7 +56,7 @@ class TD3Config:
         if not 0 < self.soft_update <= 1:
             raise UserError(f"learner.soft_update = {self.soft_update}: give a share above 0 and up to 1")
         for field in ("target_noise", "target_noise_clip", "saturation_penalty"):
-            if getattr(self, field) < 0:
+            if not getattr(self, field) >= 0:
                 raise UserError(f"learner.{field} = {getattr(self, field)}: give a number of at least 0")
 
     @classmethod
