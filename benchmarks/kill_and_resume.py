@@ -31,6 +31,7 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 SIZES = {
     "algorithm.population": 8,
     "algorithm.episodes": 2,
+    "algorithm.probe-episodes": 1,
     "algorithm.updates": 4,
     "algorithm.buffer-capacity": 3000,
     "algorithm.learner.batch-size": 32,
