@@ -26,6 +26,7 @@ def test_substructured_changes_the_wanted_share_of_weights() -> None:
     # Ordinary changes multiply by 1 (strength 0), large ones by noise, and resets set to 0.
     config = MutationConfig(
         fraction=0.4,
+        smallest_fraction=0.4,
         strength=0.0,
         large_probability=0.3,
         large_strength=0.5,
@@ -39,24 +40,30 @@ def test_substructured_changes_the_wanted_share_of_weights() -> None:
 
 @pytest.mark.parametrize("size", [0.01, 7.0])
 def test_ordinary_and_large_noise_are_relative_to_the_weight(size: float) -> None:
-    ordinary = MutationConfig(fraction=0.3, strength=0.2, large_probability=0.0, reset_probability=0.0)
+    ordinary = MutationConfig(
+        fraction=0.3, smallest_fraction=0.3, strength=0.2, large_probability=0.0, reset_probability=0.0
+    )
     changed = changed_by(ordinary, size)
     assert changed.size == pytest.approx(0.3 * np.prod(SHAPE), rel=0.03)
     assert changed.mean() == pytest.approx(size, rel=0.01)
     assert changed.std() == pytest.approx(0.2 * size, rel=0.03)
-    large = MutationConfig(fraction=0.3, large_strength=5.0, large_probability=1.0, reset_probability=0.0)
+    large = MutationConfig(
+        fraction=0.3, smallest_fraction=0.3, large_strength=5.0, large_probability=1.0, reset_probability=0.0
+    )
     assert changed_by(large, size).std() == pytest.approx(5 * size, rel=0.03)
 
 
 def test_reset_weights_forget_their_size() -> None:
-    config = MutationConfig(fraction=0.3, large_probability=0.0, reset_probability=1.0, reset_deviation=0.6)
+    config = MutationConfig(
+        fraction=0.3, smallest_fraction=0.3, large_probability=0.0, reset_probability=1.0, reset_deviation=0.6
+    )
     changed = changed_by(config, 50.0)
     assert changed.mean() == pytest.approx(0.0, abs=0.02)
     assert changed.std() == pytest.approx(0.6, rel=0.03)
 
 
 def test_each_child_changes_in_places_of_its_own() -> None:
-    config = MutationConfig(fraction=0.5)
+    config = MutationConfig(fraction=0.5, smallest_fraction=0.5)
     changed = np.asarray(substructured(jax.random.key(1), jnp.ones(SHAPE), config)) != 1
     assert share(changed[0] == changed[1]) == pytest.approx(0.5, abs=0.1)
     assert share(changed[:, 0] == changed[:, 1]) == pytest.approx(0.5, abs=0.2)
@@ -74,7 +81,7 @@ def test_gaussian_noise_is_the_same_whatever_the_weight(size: float) -> None:
 @pytest.mark.parametrize("kind", ["substructured", "gaussian"])
 def test_mask_tells_which_children_changed_and_the_others_are_untouched(kind) -> None:
     genomes = jax.random.normal(jax.random.key(3), SHAPE)
-    config = MutationConfig(kind=kind, probability=0.6)
+    config = MutationConfig(kind=kind, probability=0.6, fraction=0.1, smallest_fraction=0.1)
     after, mutates = mutate(jax.random.key(4), genomes, config)
     changed = np.asarray(after != genomes)
     assert (changed.any(1) == np.asarray(mutates)).all()
@@ -83,3 +90,13 @@ def test_mask_tells_which_children_changed_and_the_others_are_untouched(kind) ->
     assert share(changed[np.asarray(mutates)]) == pytest.approx(
         0.1 if kind == "substructured" else 1, abs=0.01
     )
+
+
+def test_each_child_draws_its_own_share_of_changed_weights() -> None:
+    config = MutationConfig(probability=1.0, fraction=0.4, smallest_fraction=0.01)
+    genomes = jnp.ones((400, 2000))
+    changed, _ = mutate(jax.random.key(5), genomes, config)
+    share = (np.asarray(changed) != 1).mean(1)
+    assert share.min() < 0.015 and share.max() > 0.35
+    # Uniform in the logarithm: the median is the geometric mean of the two ends.
+    assert np.median(share) == pytest.approx((0.4 * 0.01) ** 0.5, rel=0.15)
