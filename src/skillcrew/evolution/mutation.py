@@ -27,8 +27,7 @@ class MutationConfig:
     """Largest share of weights that change in a mutating child."""
     smallest_fraction: float = 0.005
     """Smallest share. Each child draws its own between the two, uniformly in its logarithm: small changes
-    refine, large ones leave a local optimum, in which 2 of 5 seeds of rover-t2-c1 stayed with ERL's
-    constant 0.1. Set both alike for a constant share."""
+    refine, large ones look further away. Set both alike for a constant share (ERL: 0.1)."""
     strength: float = 0.1
     """Standard deviation of ordinary noise, as a share of the weight's size (ERL)."""
     large_probability: float = 0.1
