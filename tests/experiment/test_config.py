@@ -49,7 +49,7 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
         **{"activation_distance": 3.0, "min_distance": 0.25, "sensor": "closest", "sensor_resolution": 45},
         **{"observation_radius": 9.0, "observed_pois": "vanish", "team_reward": "fraction"},
     )
-    evolution = sc.EvolutionConfig(3, "proportional", 5, 0.25, 4.0, 0.5, altered(sc.MutationConfig()))
+    evolution = sc.EvolutionConfig(3, "proportional", 5, 0.25, 4.0, 1.5, 0.5, altered(sc.MutationConfig()))
     algorithm = sc.MADyS(
         env,
         sc.MADySConfig(
