@@ -53,7 +53,7 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
     algorithm = sc.MADyS(
         env,
         sc.MADySConfig(
-            **{"population": 12, "episodes": 7, "probe_episodes": 3, "updates": 12},
+            **{"population": 12, "episodes": 7, "probe_episodes": 4, "updates": 12},
             **{
                 "exploration_noise": 0.45,
                 "buffer_capacity": 31_337,
