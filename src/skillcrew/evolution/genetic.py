@@ -75,7 +75,7 @@ class GeneticState(eqx.Module):
         return cls(genomes, Lineage.create(genomes.shape[0]))
 
     def champion(self) -> Float[Array, " genes"]:
-        """The genome of highest standing: the fittest by lineage average at the last evaluation."""
+        """The genome of highest standing at the last evaluation; see `Lineage.standing`."""
         return self.genomes[0]
 
 
