@@ -2,6 +2,7 @@
 
 import functools
 import os
+import shutil
 from types import ModuleType
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
@@ -9,6 +10,7 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 import flashbax.buffers.trajectory_buffer
 import jax
 import optax.tree
+import pytest
 from hypothesis import HealthCheck, settings
 from jaxtyping import install_import_hook
 
@@ -40,3 +42,17 @@ _spare(flashbax.buffers.trajectory_buffer, "sample")  # starts[:, None] + arange
 settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", settings.get_profile("default"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") == "true" else "default")
+
+
+@pytest.fixture
+def finished():
+    """The folder of a finished run. Read only: all tests share it."""
+    from experiment import tiny  # Imports skillcrew, which must come after the settings above.
+
+    return tiny.finished_run()
+
+
+@pytest.fixture
+def copied(finished, tmp_path):
+    """A copy of a finished run, to damage."""
+    return shutil.copytree(finished, tmp_path / "run")

@@ -1,14 +1,12 @@
 """`skillcrew resume RUN`."""
 
 import dataclasses
-import sys
 
+from skillcrew.cli.conclusion import run_and_report
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
-from skillcrew.cli.train import conclude
 from skillcrew.experiment.progress import make_reporter
 from skillcrew.experiment.run import Run
-from skillcrew.experiment.runner import Interrupted
 
 USAGE = (
     "usage: skillcrew resume RUN [OPTIONS]\n\n"
@@ -38,12 +36,6 @@ def run(words: list[str]) -> int:
     options = parse_options(ResumeOptions, words[1:], ResumeOptions(), f"skillcrew resume {words[0]}", USAGE)
     unfinished = Run(places[0], checkpoint=options.checkpoint)
     reporter = make_reporter(options.steps or unfinished.config.steps, unfinished.config.seeds)
-    try:
-        finished = unfinished.resume(options.steps, reporter)
-    except Interrupted:
-        reporter.close()
-        print(f"Interrupted and saved. `skillcrew resume {places[0]}` goes on.", file=sys.stderr)
-        return 130
-    finally:
-        reporter.close()
-    return conclude(finished, options.report_episodes)
+    return run_and_report(
+        lambda: unfinished.resume(options.steps, reporter), reporter, places[0], options.report_episodes
+    )

@@ -1,22 +1,20 @@
 """`skillcrew train ALGORITHM ENVIRONMENT`."""
 
 import dataclasses
-import sys
 from pathlib import Path
 from typing import Any
 
 from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
-from skillcrew.analysis.report import write_report
 from skillcrew.cli.arguments import Seeds
+from skillcrew.cli.conclusion import run_and_report
 from skillcrew.cli.options import parse_options
-from skillcrew.cli.present import describe_evaluation, take_places
+from skillcrew.cli.present import take_places
 from skillcrew.envs.presets import PRESETS, make, preset
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig, from_yaml
 from skillcrew.experiment.progress import make_reporter
-from skillcrew.experiment.run import Run, free_folder, train
-from skillcrew.experiment.runner import Interrupted
+from skillcrew.experiment.run import free_folder, train
 
 DEFAULTS = RunConfig()
 DEFAULT_SEEDS = Seeds(DEFAULTS.seeds)
@@ -95,33 +93,19 @@ def _train_from_file(words: list[str]) -> int:
 
 
 def train_and_report(algorithm: Any, options: RunOptions) -> int:
-    """Runs to the end of the budget, scores the champions, and draws the report."""
-    if options.report_episodes < 1:
-        raise UserError(f"report_episodes = {options.report_episodes}: give at least 1")
+    """Trains in a new folder and reports; see `run_and_report`."""
     out = options.out or free_folder(algorithm)
     reporter = make_reporter(options.steps, tuple(options.seeds))
     reporter.note(
         f"{algorithm.name} on {algorithm.env.name}: {len(options.seeds)} seed(s), {options.steps:,} "
         f"environment steps each, into {out}"
     )
-    try:
-        finished = train(algorithm, options.seeds, options.steps, out, reporter, **options.run_config())
-    except Interrupted:
-        reporter.close()
-        print(f"Interrupted and saved. `skillcrew resume {out}` goes on.", file=sys.stderr)
-        return 130
-    finally:
-        reporter.close()
-    return conclude(finished, options.report_episodes)
-
-
-def conclude(finished: Run, episodes: int) -> int:
-    """Scores the champions of a finished run, writes its report, and says where it is."""
-    evaluation = finished.evaluate(episodes)
-    print(describe_evaluation(evaluation))
-    written = write_report(finished, evaluation)
-    print(f"Report: {written[0]} and {len(written) - 1} more in {finished.folder.report}")
-    return 0
+    return run_and_report(
+        lambda: train(algorithm, options.seeds, options.steps, out, reporter, **options.run_config()),
+        reporter,
+        str(out),
+        options.report_episodes,
+    )
 
 
 def usage() -> str:
