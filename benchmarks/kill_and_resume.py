@@ -5,8 +5,9 @@
 
 First a reference run is trained to its end. Then, again and again, the same run is started in a new
 folder and killed with SIGKILL at a moment drawn uniformly from the reference's duration: while Python
-starts, while XLA compiles, between checkpoints or in the midst of writing one (checkpoints are
-written as often as can be, see --checkpoint-seconds). `skillcrew resume` then takes it to the end.
+starts, between checkpoints or in the midst of writing one (checkpoints are written as often as can
+be, see --checkpoint-seconds). `skillcrew resume` then takes it to the end. A run before the reference
+fills a cache of compiled programs, or most kills would hit XLA; --compile-anew is for those.
 The metrics, column by column, and all arrays of the final checkpoint (weights, optimisers, keys,
 buffer, populations) must equal the reference's bit for bit; NaN equals NaN.
 
@@ -50,6 +51,11 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="kill-and-resume-") as name:
         place = Path(name)
         words = train_words(arguments)
+        os.environ.pop("JAX_COMPILATION_CACHE_DIR", None)
+        if not arguments.compile_anew:
+            os.environ["JAX_COMPILATION_CACHE_DIR"] = str(place / "compiled")
+            os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
+            finish(start(*words, "--out", str(place / "first")))
         began = time.monotonic()
         finish(start(*words, "--out", str(place / "reference")))
         duration = time.monotonic() - began
@@ -128,14 +134,11 @@ def same(one: np.ndarray, other: np.ndarray) -> bool:
 def start(*words: str) -> subprocess.Popen:
     """One command line in a process of its own."""
     program = "from skillcrew.cli.main import main; main()"
-    # Each process compiles for itself: else the reference alone would, and outlast all moments drawn.
-    environment = {name: value for name, value in os.environ.items() if name != "JAX_COMPILATION_CACHE_DIR"}
     return subprocess.Popen(
         [sys.executable, "-c", program, *words],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
-        env=environment,
     )
 
 
@@ -174,6 +177,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument(
         "--random-seed", type=int, default=random.randrange(10**6), help="of the moments (default: random)"
     )
+    parser.add_argument("--compile-anew", action="store_true", help="share no compiled programs")
     parser.add_argument("options", nargs="*", help="more options of skillcrew train, after --")
     return parser.parse_args()
 
