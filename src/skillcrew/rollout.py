@@ -29,9 +29,10 @@ class Trajectories(eqx.Module):
     lived: Bool[Array, "*time worlds"]
     """False for padding."""
 
-    def team_return(self) -> Float[Array, " worlds"]:
-        """The sum of the team reward over each episode."""
-        return jnp.where(self.lived, self.team_reward, 0.0).sum(0)
+    def team_return(self, discount: float = 1.0) -> Float[Array, " worlds"]:
+        """The sum of the team reward over each episode, that of step t (from 0) times discount^t."""
+        weight = jnp.power(discount, jnp.arange(self.lived.shape[0], dtype=jnp.float32))
+        return (jnp.where(self.lived, self.team_reward, 0.0) * weight[:, None]).sum(0)
 
     def worlds(self, part: slice) -> "Trajectories":
         """Those of some of the worlds."""

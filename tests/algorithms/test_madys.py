@@ -26,6 +26,7 @@ from skillcrew.policies.selector import Selector
 from skillcrew.rollout import rollout
 
 AGENTS, SKILLS, EPISODES, TEAMS, PROBES = 2, 4, 5, 7, 3
+DISCOUNT = 0.8
 NAMES = ("go_to_poi_C", "go_away_from_poi_A", "go_to_agent", "go_to_poi_A")
 WORLD = RoverConfig(
     n_agents=AGENTS,
@@ -40,6 +41,7 @@ CONFIG = MADySConfig(
     population=TEAMS,
     episodes=EPISODES,
     probe_episodes=PROBES,
+    fitness_discount=DISCOUNT,
     updates=4,
     exploration_noise=0.0,
     buffer_capacity=1500,
@@ -119,7 +121,10 @@ def lived(before) -> Lived:
 
 @pytest.fixture(scope="module")
 def fitness(lived) -> np.ndarray:
-    return np.array([np.mean([episode.team_reward.sum() for episode in team]) for team in lived.teams])
+    def team_return(episode) -> float:
+        return sum(DISCOUNT**time * reward for time, reward in enumerate(episode.team_reward))
+
+    return np.array([np.mean([team_return(episode) for episode in team]) for team in lived.teams])
 
 
 def rows(state: MADySState, generation_start: int = 0) -> dict[str, np.ndarray]:
@@ -152,7 +157,7 @@ def test_episodes_end_at_different_times_and_teams_differ(lived, fitness) -> Non
     assert len(np.unique(fitness)) > 2
 
 
-def test_fitness_is_the_mean_team_return_over_the_same_episodes_for_all(run, fitness) -> None:
+def test_fitness_is_the_mean_discounted_team_return_over_the_same_episodes_for_all(run, fitness) -> None:
     assert run[1][0]["fitness_best"] == pytest.approx(fitness.max(), rel=1e-5)
     assert run[1][0]["fitness_mean"] == pytest.approx(fitness.mean(), rel=1e-5)
 

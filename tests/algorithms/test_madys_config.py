@@ -26,6 +26,8 @@ ENV = make("rover-t2-c1", episode_length=10)
         ("updates", 7),
         ("buffer_capacity", -1),
         ("exploration_noise", -0.5),
+        ("fitness_discount", 0.0),
+        ("fitness_discount", 1.5),
     ],
 )
 def test_refuses_a_value_and_names_field_and_value(field: str, value: Any) -> None:

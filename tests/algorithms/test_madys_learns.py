@@ -25,6 +25,7 @@ CONFIG = MADySConfig(
     evolution=EvolutionConfig(elites=3),
     plateau=PlateauConfig(window=60),
     exploration_noise=0.1,
+    fitness_discount=1.0,
     learner=TD3Config(batch_size=64, saturation_penalty=0.01, network=NetworkConfig(hidden=(32, 32))),
 )
 ROUNDS, GENERATIONS, LATE = 12, 25, 50

@@ -22,6 +22,7 @@ MutationConfig = unhooked(mutation).MutationConfig
         (EvolutionConfig, "lineage_inheritance", -0.25),
         (EvolutionConfig, "lineage_memory", 0.5),
         (EvolutionConfig, "lineage_prior", -0.5),
+        (EvolutionConfig, "champion_prior", -1.0),
         (MutationConfig, "smallest_fraction", 0.9),
         (MutationConfig, "kind", "cosmic"),
         (MutationConfig, "probability", 1.25),

@@ -49,13 +49,16 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
         **{"activation_distance": 3.0, "min_distance": 0.25, "sensor": "closest", "sensor_resolution": 45},
         **{"observation_radius": 9.0, "observed_pois": "vanish", "team_reward": "fraction"},
     )
-    evolution = sc.EvolutionConfig(3, "proportional", 5, 0.25, 4.0, 1.5, 0.5, altered(sc.MutationConfig()))
+    evolution = sc.EvolutionConfig(
+        3, "proportional", 5, 0.25, 4.0, 1.5, 7.0, 0.5, altered(sc.MutationConfig())
+    )
     algorithm = sc.MADyS(
         env,
         sc.MADySConfig(
             **{"population": 12, "episodes": 7, "probe_episodes": 4, "updates": 12},
             **{
                 "exploration_noise": 0.45,
+                "fitness_discount": 0.75,
                 "buffer_capacity": 31_337,
                 "skills": ("go_to_agent", "go_to_poi_D"),
             },
@@ -83,7 +86,7 @@ def altered(config, **more):
 def test_the_file_is_plain_yaml(file):
     sections = yaml.safe_load(file.read_text())
     assert list(sections) == ["algorithm", "environment", "run"]
-    assert sections["algorithm"]["learner"]["discount"] == 0.9
+    assert sections["algorithm"]["learner"]["discount"] == 0.8
     assert "!!" not in file.read_text()
 
 
@@ -100,7 +103,7 @@ def test_the_file_is_plain_yaml(file):
         ("population: 40", "population: many", ["algorithm.population", "'many'"]),
         ("population: 40", "population: 2.5", ["algorithm.population", "2.5"]),
         ("population: 40", "population: 5", [": algorithm", "population = 5", "elites"]),
-        ("    discount: 0.9", "    discount: 1.0", [": algorithm", "learner.discount = 1.0"]),
+        ("    discount: 0.8", "    discount: 1.0", [": algorithm", "learner.discount = 1.0"]),
         ("episode_length: 70", "episode_length: 0", [": environment", "episode_length = 0"]),
         ("spatial_coupling: 2", "spatial_coupling: 5", [": environment", "spatial_coupling = 5", "n_agents"]),
         ("parents: null", "parents: {A: [B], B: [A]}", [": environment", "cycle"]),

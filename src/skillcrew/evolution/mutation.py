@@ -36,8 +36,8 @@ class MutationConfig:
     """Standard deviation of large noise, as a share of the weight's size (ERL)."""
     reset_probability: float = 0.1
     """Of the changed weights, the share that is drawn anew (ERL: 0.05)."""
-    reset_deviation: float = 1.0
-    """Standard deviation of weights drawn anew (ERL)."""
+    reset_deviation: float = 0.5
+    """Standard deviation of weights drawn anew (ERL: 1)."""
     gaussian_deviation: float = 0.05
     """Standard deviation of plain Gaussian noise."""
 

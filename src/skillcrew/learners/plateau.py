@@ -15,7 +15,7 @@ class PlateauConfig:
 
     enabled: bool = True
     """False trains every skill to the end of the run."""
-    window: int = 15
+    window: int = 10
     """Generations without improvement after which a skill stops. Selectors evolve for the skills as
     they are: while skills go on changing, a champion of 0.85 was seen to fall to 0.5."""
     tolerance: float = 0.01
