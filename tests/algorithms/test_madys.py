@@ -49,7 +49,7 @@ CONFIG = MADySConfig(
     selector=NetworkConfig(hidden=(6,)),
     evolution=EvolutionConfig(elites=2),
     learner=TD3Config(batch_size=16, network=NetworkConfig(hidden=(5,))),
-    plateau=PlateauConfig(window=4),
+    plateau=PlateauConfig(window=4, earliest=0),
 )
 
 

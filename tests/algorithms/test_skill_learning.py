@@ -24,8 +24,17 @@ LEARNER = TD3(
 )
 
 
-def train(key, learners: TD3State, stopped, updates: int, learner: TD3 = LEARNER) -> Any:
-    """Every transition ends the task and pays each skill its constant."""
+def train(
+    key,
+    learners: TD3State,
+    stopped,
+    terminated=1.0,
+    task_ends_skills: bool = True,
+    *,
+    updates: int,
+    learner: TD3 = LEARNER,
+) -> Any:
+    """Every transition ends the task, if not told otherwise, and pays each skill its constant."""
     buffer = ReplayBuffer(ITEMS, OBSERVATION, ACTION, SKILLS)
     draw = jax.random.normal(jax.random.key(1), (ITEMS, OBSERVATION))
     transitions = Transitions(
@@ -34,10 +43,10 @@ def train(key, learners: TD3State, stopped, updates: int, learner: TD3 = LEARNER
         next_observation=draw,
         local_rewards=jnp.tile(jnp.asarray(REWARDS, jnp.float32), (ITEMS, 1)),
         team_reward=jnp.full(ITEMS, 77.0),
-        terminated=jnp.ones(ITEMS),
+        terminated=jnp.full(ITEMS, terminated),
     )
     experience = buffer.add(buffer.init(), transitions, jnp.ones(ITEMS, bool))
-    return train_skills(key, learner, learners, stopped, buffer, experience, updates)
+    return train_skills(key, learner, learners, stopped, buffer, experience, updates, task_ends_skills)
 
 
 program = quick_jit(functools.partial(train, updates=UPDATES))
@@ -87,6 +96,15 @@ def test_stopped_skills_stay_as_they_are_bit_by_bit(learners, trained) -> None:
         assert np.isnan(losses[name]).tolist() == [False, True, False]
 
 
+def test_a_skills_value_goes_on_where_the_task_ends_unless_told_otherwise(learners, trained) -> None:
+    here = jnp.zeros(SKILLS, bool)
+    goes_on = quick_jit(functools.partial(train, updates=UPDATES, task_ends_skills=False))
+    after, _ = goes_on(jax.random.key(2), learners, here)
+    never_ended, _ = program(jax.random.key(2), learners, here, 0.0)
+    assert changed(never_ended, after) == [False] * SKILLS
+    assert changed(trained[0], after) == [True] * SKILLS
+
+
 def test_nothing_changes_once_all_have_stopped(learners) -> None:
     after, losses = program(jax.random.key(2), learners, jnp.ones(SKILLS, bool))
     assert changed(learners, after) == [False] * SKILLS
@@ -126,7 +144,9 @@ class Counting(TD3):
 def test_no_update_is_computed_once_all_have_stopped(learners) -> None:
     counting = Counting(LEARNER.config, OBSERVATION, ACTION)
     counting.calls = []
-    program = jax.jit(lambda stopped: train(jax.random.key(2), learners, stopped, 4, counting))
+    program = jax.jit(
+        lambda stopped: train(jax.random.key(2), learners, stopped, updates=4, learner=counting)
+    )
     for stopped, runs in ((True, False), (False, True)):
         jax.block_until_ready(program(jnp.full(SKILLS, stopped)))
         jax.effects_barrier()

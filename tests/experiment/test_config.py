@@ -59,6 +59,7 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
             **{
                 "exploration_noise": 0.45,
                 "fitness_discount": 0.75,
+                "task_ends_skills": True,
                 "buffer_capacity": 31_337,
                 "skills": ("go_to_agent", "go_to_poi_D"),
             },

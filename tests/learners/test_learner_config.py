@@ -28,6 +28,7 @@ PlateauConfig = unhooked(plateau).PlateauConfig
         (TD3Config, "target_noise_clip", -2.0),
         (TD3Config, "saturation_penalty", -1.0),
         (PlateauConfig, "window", 0),
+        (PlateauConfig, "earliest", -1),
         (PlateauConfig, "tolerance", -0.5),
         (PlateauConfig, "smoothing", 1.0),
         (PlateauConfig, "smoothing", -0.1),

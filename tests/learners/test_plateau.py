@@ -14,11 +14,12 @@ from skillcrew.learners.plateau import Plateau, PlateauConfig, mean_return
 
 GENERATIONS, SKILLS = 16, 3
 # Halves and quarters only: every running average is exact, so that ties are ties for both.
-CONFIG = PlateauConfig(window=3, tolerance=0.25, smoothing=0.5)
+CONFIG = PlateauConfig(window=3, earliest=6, tolerance=0.25, smoothing=0.5)
 
 
 def stopping_generation(returns: list[float], config: PlateauConfig) -> int:
-    """The generation, counted from 1, after `window` of which in a row brought no improvement; or -1."""
+    """The generation, counted from 1, after `window` of which in a row brought no improvement; or -1.
+    None before `earliest`."""
     smoothed = best = None
     waited = 0
     for generation, value in enumerate(returns, start=1):
@@ -30,7 +31,7 @@ def stopping_generation(returns: list[float], config: PlateauConfig) -> int:
             best, waited = smoothed, 0
         else:
             waited += 1
-        if waited >= config.window and config.enabled:
+        if waited >= config.window and generation >= config.earliest and config.enabled:
             return generation
     return -1
 
@@ -69,7 +70,7 @@ def test_improvement_after_the_stop_changes_nothing() -> None:
     returns = np.zeros((GENERATIONS, SKILLS))
     returns[6:] = 1000 * np.arange(1, 11)[:, None] ** 2
     stopped_at = np.asarray(FOLLOW(jnp.asarray(returns, jnp.float32)))
-    assert stopped_at[-1].tolist() == [4] * SKILLS
+    assert stopped_at[-1].tolist() == [6] * SKILLS
 
 
 def test_a_disabled_plateau_never_stops() -> None:

@@ -1,5 +1,6 @@
 """K skills, trained concurrently from one buffer: lines 16 to 22 of Algorithm 1."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -21,12 +22,14 @@ def train_skills(
     buffer: ReplayBuffer,
     experience: PyTree,
     updates: int,
+    task_ends_skills: bool,
 ) -> tuple[TD3State, dict[str, Float[Array, " skills"]]]:
     """Updates each skill's learner on its own reward, except those that have stopped.
 
     Args:
         learners: with a leading skill axis.
         updates: critic updates per skill; a multiple of the learner's policy delay.
+        task_ends_skills: whether a skill's value ends where the team's task is done.
 
     Returns:
         The learners, and their mean losses (NaN where a skill has stopped).
@@ -37,6 +40,8 @@ def train_skills(
     def one_round(learners, key):
         key_sample, key_update = jax.random.split(key)
         batches = _sample(key_sample, buffer, experience, n_skills, config.policy_delay, config.batch_size)
+        if not task_ends_skills:
+            batches = dataclasses.replace(batches, terminated=jnp.zeros_like(batches.terminated))
         return jax.vmap(learner.update)(learners, batches, jax.random.split(key_update, n_skills))
 
     def train(learners):

@@ -18,6 +18,8 @@ class PlateauConfig:
     window: int = 10
     """Generations without improvement after which a skill stops. Selectors evolve for the skills as
     they are: while skills go on changing, a champion of 0.85 was seen to fall to 0.5."""
+    earliest: int = 30
+    """Generation before which no skill stops: a skill that has not begun to learn does not improve either."""
     tolerance: float = 0.01
     """What counts as improvement, as a share of the best return's size."""
     smoothing: float = 0.8
@@ -26,6 +28,8 @@ class PlateauConfig:
     def __post_init__(self) -> None:
         if self.window < 1:
             raise UserError(f"plateau.window = {self.window}: give at least 1 generation")
+        if self.earliest < 0:
+            raise UserError(f"plateau.earliest = {self.earliest}: give a generation, or 0 for no such bound")
         if not self.tolerance >= 0:
             raise UserError(f"plateau.tolerance = {self.tolerance}: give a number of at least 0")
         if not 0 <= self.smoothing < 1:
@@ -69,7 +73,8 @@ class Plateau(eqx.Module):
         margin = jnp.where(first, 0.0, config.tolerance * jnp.abs(self.best))
         improved = smoothed > self.best + margin
         waited = jnp.where(improved, 0, self.waited + 1)
-        stops = (waited >= config.window) & ~self.stopped & config.enabled
+        due = (waited >= config.window) & (generation >= config.earliest)
+        stops = due & ~self.stopped & config.enabled
         return Plateau(
             smoothed,
             jnp.where(improved, smoothed, self.best),
