@@ -30,6 +30,7 @@ from skillcrew.envs.presets import make
 from skillcrew.evolution.genetic import next_generation
 from skillcrew.experiment import generation
 from skillcrew.experiment.config import RunConfig
+from skillcrew.policies.network import NetworkConfig
 from skillcrew.replay import transitions_of
 from skillcrew.rollout import Start
 
@@ -80,14 +81,16 @@ def parts(algorithm: MADyS, state: MADySState) -> dict[str, float]:
     live = jax.jit(lambda s, k: algorithm._rollout(s, Start.draw(algorithm.env, k, config.episodes), k))
     lived = live(state, key)
     evolve = jax.jit(lambda k, s: next_generation(k, s, jnp.ones(config.population), config.evolution))
-    learn = jax.jit(
-        lambda k, s: train_skills(
-            k, algorithm._learner, s.learners, s.plateau.stopped, buffer, s.experience, config.updates
+
+    def train(key, state):
+        stopped, ends = state.plateau.stopped, config.task_ends_skills
+        return train_skills(
+            key, algorithm._learner, state.learners, stopped, buffer, state.experience, config.updates, ends
         )
-    )
+
     return {
         "rollout": seconds_per_call(live, state, key),
-        "update": seconds_per_call(learn, key, state),
+        "update": seconds_per_call(jax.jit(train), key, state),
         "evolution": seconds_per_call(evolve, key, state.evolution),
         "buffer": buffer_seconds(algorithm, lived)[0],
     }
@@ -116,9 +119,8 @@ def train(algorithm: MADyS, steps: int) -> tuple[float, list[tuple[int, float]],
     runs = jax.jit(jax.vmap(lambda seed: generation.initial_state(algorithm, seed)))(
         generation.seeds_of(config)
     )
-    program = jax.jit(lambda runs: generation.chunk(algorithm, config, runs), donate_argnums=0)
     began = time.perf_counter()
-    chunk = program.lower(runs).compile()
+    chunk = generation.compiled_chunk(algorithm, config, runs)
     compiled = time.perf_counter() - began
     rates, lived = [], 0
     while lived < steps:
@@ -146,7 +148,8 @@ def peak_memory(steps: str = "1e5") -> float:
 
 def page(steps: int) -> str:
     """Measures everything, as Markdown."""
-    algorithm = MADyS(make("rover-t2-c1"), population=40, episodes=10, updates=100)
+    sizes = {"population": 40, "episodes": 10, "updates": 100, "selector": NetworkConfig(hidden=(64,))}
+    algorithm = MADyS(make("rover-t2-c1"), **sizes)
     rate = matrix_product_rate()
     compiled, chunks, state = train(algorithm, steps)
     seconds = parts(algorithm, state)

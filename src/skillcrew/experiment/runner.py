@@ -22,10 +22,6 @@ from skillcrew.experiment.metrics import MetricsLog, read_metrics
 from skillcrew.experiment.progress import Reporter
 from skillcrew.policies.team import Team
 
-COMPILER_OPTIONS: dict[str, dict[str, str | bool]] = {"cpu": {"xla_backend_optimization_level": "1"}}
-"""By platform. What LLVM adds beyond its first level makes the program compile half as long again, and
-run no faster."""
-
 
 class Interrupted(Exception):
     """The run was stopped on request, after everything was saved."""
@@ -140,10 +136,9 @@ class Runner:
         return int(np.asarray(state.environment_steps).astype(np.int64).sum())
 
     def _compile(self, state: RunState) -> Callable[[RunState], Any]:
-        """The chunk program with its input donated, so that the buffer is updated in place."""
+        """The program of a chunk, and a note of how long it took to compile."""
         began = time.monotonic()
-        program = jax.jit(lambda runs: generation.chunk(self.algorithm, self.config, runs), donate_argnums=0)
-        compiled = program.lower(state).compile(COMPILER_OPTIONS.get(jax.default_backend()))
+        compiled = generation.compiled_chunk(self.algorithm, self.config, state)
         seconds = time.monotonic() - began
         self.reporter.note(f"Compiled in {seconds:.1f} s.")
         self._note_timing({"compile_seconds": seconds})
