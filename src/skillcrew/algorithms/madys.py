@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, Key
 
-from skillcrew.algorithms.skill_learning import train_skills
+from skillcrew.algorithms.skill_learning import skill_indices, train_skills
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticState, next_generation
@@ -152,7 +152,7 @@ class MADyS:
                 raise unknown_name("field of madys", field, fields)
         self.env = env
         self.config = dataclasses.replace(config or MADySConfig(), **overrides)
-        self._skill_indices = self._find_skills()
+        self._skill_indices = skill_indices(env, self.config.skills)
         self._codec = GenomeCodec(self._create_selector, env.n_agents)
         self._learner = TD3(self.config.learner, env.observation_size, env.action_size)
         self._buffer = ReplayBuffer(
@@ -283,17 +283,6 @@ class MADyS:
 
     def _create_selector(self, key: Key[Array, ""]) -> Selector:
         return Selector.create(key, self.env.observation_size, len(self._skill_indices), self.config.selector)
-
-    def _find_skills(self) -> tuple[int, ...]:
-        names = self.config.skills if self.config.skills is not None else self.env.skills
-        if not names:
-            raise UserError("skills = (): give at least one of " + ", ".join(self.env.skills))
-        for name in names:
-            if name not in self.env.skills:
-                raise unknown_name(f"skill of {self.env.name}", name, self.env.skills)
-        if len(set(names)) != len(names):
-            raise UserError(f"skills = {tuple(names)}: give each name once")
-        return tuple(self.env.skills.index(name) for name in names)
 
     def _transitions_per_generation(self) -> int:
         config = self.config

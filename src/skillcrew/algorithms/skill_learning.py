@@ -1,4 +1,4 @@
-"""K skills, trained concurrently from one buffer: lines 16 to 22 of Algorithm 1."""
+"""K skills: which ones, and their training from one buffer (lines 16 to 22 of Algorithm 1)."""
 
 import dataclasses
 from collections.abc import Callable
@@ -8,10 +8,29 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key, PyTree
 
+from skillcrew.envs.environment import Environment
+from skillcrew.errors import UserError, unknown_name
 from skillcrew.learners.td3 import TD3, Batch, TD3State
 from skillcrew.replay import ReplayBuffer
 
 Operand = TypeVar("Operand", bound=PyTree)
+
+
+def skill_indices(env: Environment, names: tuple[str, ...] | None) -> tuple[int, ...]:
+    """Where the skills of these names stand among the environment's local rewards; None is all of them.
+
+    Raises:
+        UserError: no name, an unknown one, or one given twice.
+    """
+    names = env.skills if names is None else names
+    if not names:
+        raise UserError("skills = (): give at least one of " + ", ".join(env.skills))
+    for name in names:
+        if name not in env.skills:
+            raise unknown_name(f"skill of {env.name}", name, env.skills)
+    if len(set(names)) != len(names):
+        raise UserError(f"skills = {tuple(names)}: give each name once")
+    return tuple(env.skills.index(name) for name in names)
 
 
 def train_skills(
