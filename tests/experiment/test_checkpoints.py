@@ -185,7 +185,17 @@ def test_an_error_while_saving_leaves_the_earlier_ones(tmp_path, monkeypatch):
     assert contents(tmp_path / "c" / "1") == before
 
 
-def test_a_really_full_disk_is_one_line(tmp_path):
+def test_a_disk_without_room_is_said_before_anything_is_written(tmp_path, monkeypatch):
+    checkpoints = save_some(tmp_path / "c", [0.1])
+    before = contents(tmp_path)
+    usage = shutil.disk_usage(tmp_path)._replace(free=11)
+    monkeypatch.setattr("shutil.disk_usage", lambda _: usage)
+    with pytest.raises(sc.UserError, match="the disk is full"):
+        checkpoints.save(2, LIKE, 0.2)  # 12 bytes
+    assert contents(tmp_path) == before
+
+
+def test_a_really_full_disk_is_one_line(tmp_path, capfd):
     place = tmp_path / "disk"
     place.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(place)]
@@ -194,10 +204,12 @@ def test_a_really_full_disk_is_one_line(tmp_path):
     try:
         checkpoints = save_some(place / "c", [0.1])
         noise = {"value": jax.random.normal(jax.random.key(0), (200_000,))}
-        with pytest.raises(sc.UserError, match="the disk is full") as caught:
+        with pytest.raises(sc.UserError, match=r"the disk is full: 0.8 MiB.* resume") as caught:
             checkpoints.save(2, noise, 0.2)
         assert "\n" not in str(caught.value)
-        assert checkpoints.generations() == [1]
+        # Nothing from the threads of the storage library either, and nothing half-written.
+        assert capfd.readouterr().err == ""
+        assert [path.name for path in (place / "c").iterdir()] == ["1"]
         assert checkpoints.read(LIKE)[0]["['value']"].tolist() == [1, 1, 1]
     finally:
         subprocess.run(["umount", "-l", str(place)], check=True)

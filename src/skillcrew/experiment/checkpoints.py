@@ -15,7 +15,7 @@ from jaxtyping import PyTree
 from orbax.checkpoint import checkpoint_managers as policies
 
 from skillcrew.errors import UserError
-from skillcrew.experiment.files import disk_errors
+from skillcrew.experiment.files import check_room, disk_errors
 from skillcrew.experiment.generation import flat_arrays
 
 FORMAT = 1
@@ -52,6 +52,7 @@ class Checkpoints:
         arrays = {name: np.asarray(leaf) for name, leaf in flat_arrays(state).items()}
         if not save_buffer:
             arrays = {name: leaf for name, leaf in arrays.items() if BUFFER not in name}
+        check_room(self.folder.parent, sum(leaf.nbytes for leaf in arrays.values()))
         about = {"format": FORMAT, "generation": generation, "buffer": save_buffer}
         with disk_errors(self.folder), self._manager() as manager:
             manager.save(

@@ -3,11 +3,14 @@
 import contextlib
 import errno
 import os
+import shutil
 import tempfile
 from collections.abc import Callable, Generator
 from pathlib import Path
 
 from skillcrew.errors import UserError
+
+MAKE_ROOM = "free some space, then `skillcrew resume` goes on from the last checkpoint"
 
 
 @contextlib.contextmanager
@@ -22,6 +25,23 @@ def disk_errors(place: Path) -> Generator[None]:
         if reason is None:
             raise
         raise UserError(f"{place}: cannot be written, {reason}") from error
+
+
+def check_room(place: Path, needed: int) -> None:
+    """Says that a disk is too full before anything is written to it.
+
+    Storage libraries that run out of room in the midst of writing fill the terminal with the errors
+    of their threads.
+
+    Raises:
+        UserError: fewer than `needed` bytes are free at `place`, a folder that exists.
+    """
+    free = shutil.disk_usage(place).free
+    if needed > free:
+        raise UserError(
+            f"{place}: cannot be written, the disk is full: {needed / 2**20:.1f} MiB may be needed and "
+            f"{free / 2**20:.1f} MiB are free; {MAKE_ROOM}"
+        )
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
@@ -49,9 +69,9 @@ def _reason(error: Exception) -> str | None:
     text = str(error)
     # Orbax reports the errors of its C++ storage as text alone.
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-        return "the disk is full; free some space, then `skillcrew resume` goes on from the last checkpoint"
+        return f"the disk is full; {MAKE_ROOM}"
     if "No space left" in text or "RESOURCE_EXHAUSTED" in text or "File too large" in text:
-        return "the disk is full; free some space, then `skillcrew resume` goes on from the last checkpoint"
+        return f"the disk is full; {MAKE_ROOM}"
     if "Permission denied" in text or "Read-only file system" in text or "PERMISSION_DENIED" in text:
         return "you may not write there; choose another folder with --out"
     if isinstance(error, OSError):
