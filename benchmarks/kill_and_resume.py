@@ -167,7 +167,9 @@ def parse_arguments() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
     )
     parser.add_argument("--kills", type=int, default=20, help="how many runs to kill (default: 20)")
-    parser.add_argument("--steps", type=int, default=6000, help="environment steps per seed (default: 6000)")
+    parser.add_argument(
+        "--steps", type=int, default=60_000, help="environment steps per seed (default: 60000)"
+    )
     parser.add_argument("--seeds", default="2", help="as skillcrew takes them (default: 2)")
     parser.add_argument("--algorithm", default="madys", help="which algorithm (default: madys)")
     parser.add_argument("--environment", default="rover-t2-c2", help="which preset (default: rover-t2-c2)")
