@@ -49,10 +49,8 @@ class Checkpoints:
         Raises:
             UserError: the disk is full or cannot be written.
         """
-        arrays = {name: np.asarray(leaf) for name, leaf in flat_arrays(state).items()}
-        if not save_buffer:
-            arrays = {name: leaf for name, leaf in arrays.items() if BUFFER not in name}
-        check_room(self.folder.parent, sum(leaf.nbytes for leaf in arrays.values()))
+        self.check_room(state, save_buffer)
+        arrays = {name: np.asarray(leaf) for name, leaf in _saved(state, save_buffer).items()}
         about = {"format": FORMAT, "generation": generation, "buffer": save_buffer}
         with disk_errors(self.folder), self._manager() as manager:
             manager.save(
@@ -62,6 +60,10 @@ class Checkpoints:
                 force=True,
             )
             manager.wait_until_finished()
+
+    def check_room(self, state: PyTree, save_buffer: bool) -> None:
+        """Raises `UserError` if the disk has no room for a checkpoint of this state."""
+        check_room(self.folder.parent, sum(leaf.nbytes for leaf in _saved(state, save_buffer).values()))
 
     def read(self, like: PyTree, generation: int | None = None) -> tuple[dict[str, Any], bool]:
         """Reads a checkpoint, by default the latest, as named arrays (see `flat_arrays`).
@@ -189,3 +191,9 @@ def _check_same(expected: dict[str, Any], stored: Any, place: Path) -> None:
                 f"{place}: belongs to another configuration ({name} is {found.get(name, 'missing')}, "
                 f"config.yaml asks for {tuple(leaf.shape)}); restore the config.yaml it was made with"
             )
+
+
+def _saved(state: PyTree, save_buffer: bool) -> dict[str, jax.Array]:
+    """The arrays of a state that a checkpoint holds, by name."""
+    arrays = flat_arrays(state)
+    return {name: leaf for name, leaf in arrays.items() if save_buffer or BUFFER not in name}

@@ -96,10 +96,12 @@ class Runner:
 
         Raises:
             Interrupted: on Ctrl-C or SIGTERM, after saving.
+            UserError: the disk has no room for a checkpoint, said before anything is compiled, or filled up.
         """
         if self._done(state):
             self.reporter.note("Nothing to do: every seed has lived its budget of steps.")
             return state
+        self._checkpoints.check_room(state, self.config.save_buffer)
         compiled = self._compile(state)
         with watch_interrupts() as interrupts:
             session = _Session(self._steps_lived(state))
