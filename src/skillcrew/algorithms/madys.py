@@ -53,8 +53,7 @@ class MADySConfig:
     """Whether a skill's value ends where the team's task is done, as the episode does. What a skill is paid
     for does not end there: taught that it does, "go to B" learns to wait just outside the last POI, the
     more so the longer it trains. 7 of 8 seeds of rover-t2-c1 then ended at 0.93 to 0.98 (two of them above
-    0.95), without (and with plateau.earliest
-    30) at 0.96 to 0.97 (5 of 6 seeds); one failed in each."""
+    0.95); without, and with plateau.earliest 30, 5 of 6 ended at 0.96 to 0.97."""
     exploration_noise: float = 0.3
     """Standard deviation of the noise on primitive actions while teams are evaluated, until all skills
     have stopped learning. Measured over 3 seeds: a perfect selector solves 0.96 of rover-t2-c1 within 30
@@ -190,8 +189,8 @@ class MADyS:
         start = Start.draw(self.env, key_start, self.config.episodes)
         lived = self._rollout(state, start, key_rollout)
         evaluations = self.config.population * self.config.episodes
-        returns = lived.team_return(self.config.fitness_discount)[:evaluations]
-        fitness = returns.reshape(self.config.population, -1).mean(1)
+        team_returns = lived.team_return(self.config.fitness_discount)[:evaluations]
+        fitness = team_returns.reshape(self.config.population, -1).mean(1)
         experience = self._buffer.add(state.experience, *transitions_of(lived))
 
         # Lines 10 to 15: rank, elites, tournament, crossover, mutation.
