@@ -24,15 +24,17 @@ import jax
 import jax.numpy as jnp
 from benchmarks.machine import cpu_model, software, versions
 
-from skillcrew.algorithms.madys import MADyS, MADySState
-from skillcrew.algorithms.skill_learning import train_skills
+from skillcrew.algorithms.madys import MADyS
+from skillcrew.algorithms.skill_teams import SkillTeamsState
+from skillcrew.algorithms.skill_training import train_skills
 from skillcrew.envs.presets import make
 from skillcrew.evolution.genetic import next_generation
 from skillcrew.experiment import generation
 from skillcrew.experiment.config import RunConfig
-from skillcrew.policies.network import NetworkConfig
+from skillcrew.policies.memory import PolicyConfig
+from skillcrew.policies.team import SkillTeam
 from skillcrew.replay import transitions_of
-from skillcrew.rollout import Start
+from skillcrew.rollout import Trajectories, rollout
 
 PAGE = Path(__file__).parent / "results" / "training.md"
 
@@ -74,31 +76,52 @@ def update_operations(algorithm: MADyS) -> float:
     return 2 * per_sample * config.batch_size * algorithm.config.updates * len(algorithm.choices())
 
 
-def parts(algorithm: MADyS, state: MADySState) -> dict[str, float]:
+def rollout_program(algorithm: MADyS) -> Callable[[SkillTeamsState, Any], Trajectories]:
+    """The first part of a generation, lines 6 to 9 of Algorithm 1, as a program of its own."""
+    search, learning, env = algorithm._search, algorithm._skills, algorithm.env
+
+    def live(state: SkillTeamsState, key: Any) -> Trajectories:
+        skills = state.skills.in_use()
+        start = search.start(key, state.search)
+        teams = search.lineup(state.search, start, lambda own: SkillTeam(own, skills, env.n_agents))
+        lineup = teams.beside(learning.probes(state.skills, start))
+        noise = learning.noise(~state.skills.plateau.stopped.all())
+        return rollout(env, lineup, key, noise, algorithm._recorded())[1]
+
+    return jax.jit(live)
+
+
+def parts(algorithm: MADyS, state: SkillTeamsState) -> dict[str, float]:
     """Processor seconds that each part of a generation takes on its own."""
     key = jax.random.key(1)
-    config, buffer = algorithm.config, algorithm._buffer
-    live = jax.jit(lambda s, k: algorithm._rollout(s, Start.draw(algorithm.env, k, config.episodes), k))
+    config, learning = algorithm.config, algorithm._skills
+    live = rollout_program(algorithm)
     lived = live(state, key)
     evolve = jax.jit(lambda k, s: next_generation(k, s, jnp.ones(config.population), config.evolution))
 
     def train(key, state):
-        stopped, ends = state.plateau.stopped, config.task_ends_skills
         return train_skills(
-            key, algorithm._learner, state.learners, stopped, buffer, state.experience, config.updates, ends
+            key,
+            learning._learner,
+            state.learners,
+            state.plateau.stopped,
+            learning._buffer,
+            state.experience,
+            config.updates,
+            config.task_ends_skills,
         )
 
     return {
         "rollout": seconds_per_call(live, state, key),
-        "update": seconds_per_call(jax.jit(train), key, state),
-        "evolution": seconds_per_call(evolve, key, state.evolution),
+        "update": seconds_per_call(jax.jit(train), key, state.skills),
+        "evolution": seconds_per_call(evolve, key, state.search.evolver),
         "buffer": buffer_seconds(algorithm, lived)[0],
     }
 
 
 def buffer_seconds(algorithm: MADyS, lived: Any) -> tuple[float, float, bool]:
     """Seconds of an add in place and of one that copies; whether the donated buffer stayed in place."""
-    buffer = algorithm._buffer
+    buffer = algorithm._skills._buffer
     items, mask = transitions_of(lived)
     copying = jax.jit(buffer.add)
     in_place = jax.jit(buffer.add, donate_argnums=0)
@@ -148,15 +171,13 @@ def peak_memory(steps: str = "1e5") -> float:
 
 def page(steps: int) -> str:
     """Measures everything, as Markdown."""
-    sizes = {"population": 40, "episodes": 10, "updates": 100, "selector": NetworkConfig(hidden=(64,))}
+    sizes = {"population": 40, "episodes": 10, "updates": 100, "selector": PolicyConfig(hidden=(64,))}
     algorithm = MADyS(make("rover-t2-c1"), **sizes)
     rate = matrix_product_rate()
     compiled, chunks, state = train(algorithm, steps)
     seconds = parts(algorithm, state)
-    live = jax.jit(
-        lambda s, k: algorithm._rollout(s, Start.draw(algorithm.env, k, algorithm.config.episodes), k)
-    )
-    in_place, copied, stayed = buffer_seconds(algorithm, live(state, jax.random.key(2)))
+    lived = rollout_program(algorithm)(state, jax.random.key(2))
+    in_place, copied, stayed = buffer_seconds(algorithm, lived)
     learned = update_operations(algorithm) / seconds["update"]
     total = sum(seconds.values())
     over_run = sum(lived for lived, _ in chunks) / sum(spent for _, spent in chunks)

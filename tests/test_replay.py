@@ -14,7 +14,7 @@ from scipy import stats
 from oracles.rover_cases import quick_jit
 from oracles.toy import AGENTS, Toy, ToyTeam, live
 from skillcrew.replay import ReplayBuffer, Transitions, transitions_of
-from skillcrew.rollout import Start, rollout, single_policy
+from skillcrew.rollout import Lineup, Start, rollout
 
 CAPACITY, ITEMS, OBSERVATION, ACTION, SKILLS = 11, 7, 3, 2, 4
 BUFFER = ReplayBuffer(CAPACITY, OBSERVATION, ACTION, SKILLS)
@@ -113,7 +113,7 @@ def from_rollout():
     @quick_jit
     def run(key):
         start, team = Start.draw(env, key, worlds), ToyTeam.create(key)
-        lived = rollout(env, single_policy(team), jnp.zeros(worlds), start, key)
+        _, lived = rollout(env, Lineup.of_team(team, start), key)
         return start, team, transitions_of(lived)
 
     start, team, (transitions, lived) = run(jax.random.key(5))

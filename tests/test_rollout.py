@@ -9,7 +9,7 @@ import pytest
 
 from oracles.rover_cases import quick_jit
 from oracles.toy import ACTION, AGENTS, LENGTH, SKILLS, Toy, ToyTeam, live
-from skillcrew.rollout import Start, Trajectories, rollout, side_by_side, single_policy, stacked_policy
+from skillcrew.rollout import Lineup, Start, Trajectories, rollout
 
 TEAMS, EPISODES, OTHERS = 4, 5, 2
 ENV = Toy()
@@ -19,20 +19,24 @@ def teams_of(key) -> ToyTeam:
     return jax.vmap(ToyTeam.create)(jax.random.split(key, TEAMS))
 
 
-def team_policy(weights):
-    return stacked_policy(ToyTeam, weights, TEAMS)
-
-
 def live_all(key, noise: float) -> dict[str, Any]:
     """All teams in the same episodes; beside them one more team, in the first of these episodes."""
     key_teams, key_other, key_start, key = jax.random.split(key, 4)
     teams, other = teams_of(key_teams), ToyTeam.create(key_other)
     start = Start.draw(ENV, key_start, EPISODES)
-    policy = side_by_side(team_policy(teams.weights), single_policy(other), TEAMS * EPISODES)
-    worlds = start.repeat(TEAMS).join(start.first(OTHERS))
-    memory = (jnp.zeros(TEAMS * EPISODES), jnp.zeros(OTHERS))
-    lived = rollout(ENV, policy, memory, worlds, key, noise)
-    return {"lived": lived, "teams": teams, "other": other, "start": start, "returns": lived.team_return()}
+    lineup = Lineup.of_teams(ToyTeam, teams.weights, TEAMS, start)
+    lineup = lineup.beside(Lineup.of_team(other, start.first(OTHERS)))
+    episodes, lived = rollout(ENV, lineup, key, noise)
+    return {
+        "lived": lived,
+        "episodes": episodes,
+        "teams": teams,
+        "other": other,
+        "start": start,
+        "returns": episodes.team_return(),
+        "discounted": episodes.team_return(0.5),
+        "completed": episodes.completed(),
+    }
 
 
 @pytest.fixture(scope="module")
@@ -88,15 +92,21 @@ def test_the_last_next_observation_is_that_of_the_last_state(quiet, episodes) ->
 def test_return_and_steps_leave_padding_out(quiet, episodes) -> None:
     expected = [sum(step.team_reward for step in steps) for steps in episodes]
     np.testing.assert_allclose(quiet["returns"], expected, rtol=1e-4, atol=1e-4)
-    assert int(quiet["lived"].steps_lived()) == sum(len(steps) for steps in episodes)
-    assert len(episodes) * LENGTH > int(quiet["lived"].steps_lived())
+    halved = [sum(0.5**t * step.team_reward for t, step in enumerate(steps)) for steps in episodes]
+    np.testing.assert_allclose(quiet["discounted"], halved, rtol=1e-4, atol=1e-4)
+    for told in (quiet["lived"], quiet["episodes"]):
+        assert int(told.steps_lived()) == sum(len(steps) for steps in episodes)
+    assert len(episodes) * LENGTH > int(quiet["episodes"].steps_lived())
+
+
+def test_an_episode_is_completed_if_the_task_was_done_before_its_end(quiet, episodes) -> None:
+    assert quiet["completed"].tolist() == [steps[-1].terminated for steps in episodes]
 
 
 def test_each_team_lives_as_it_does_alone(quiet) -> None:
     @quick_jit
     def alone(weights, start):
-        memory = jnp.zeros(EPISODES)
-        return rollout(ENV, single_policy(ToyTeam(weights)), memory, start, jax.random.key(9))
+        return rollout(ENV, Lineup.of_team(ToyTeam(weights), start), jax.random.key(9))[1]
 
     for team in range(TEAMS):
         mine = quiet["lived"].worlds(slice(team * EPISODES, (team + 1) * EPISODES))
@@ -136,7 +146,7 @@ def noisy(request) -> tuple[float, Trajectories]:
     @quick_jit
     def run(key):
         start = Start.draw(ENV, key, WORLDS)
-        return rollout(ENV, single_policy(Still(None)), jnp.zeros(WORLDS), start, key, request.param)
+        return rollout(ENV, Lineup.of_team(Still(None), start), key, request.param)[1]
 
     return request.param, run(jax.random.key(3))
 

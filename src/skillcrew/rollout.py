@@ -1,11 +1,13 @@
 """Algorithm 2: all teams, all episodes and all agents of a generation in one scan over time."""
 
+import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Key, PyTree
 
 from skillcrew.envs.environment import Environment
@@ -14,18 +16,14 @@ from skillcrew.policies.team import Team
 Policy = Callable[[Array, PyTree, Array], tuple[Array, PyTree, Array]]
 
 
-class Trajectories(eqx.Module):
-    """What was lived in a batch of worlds, one episode each. Steps after an episode's end are padding."""
+AnyEpisodes = TypeVar("AnyEpisodes", bound="Episodes")
 
-    observation: Float[Array, "*time worlds agents obs"]
-    """Before the action."""
-    action: Float[Array, "*time worlds agents act"]
-    next_observation: Float[Array, "*time worlds agents obs"]
-    """After the action, of the same episode."""
-    local_rewards: Float[Array, "*time worlds agents skills"]
+
+class Episodes(eqx.Module):
+    """How the episodes of a batch of worlds went, one a world. Steps after an episode's end are padding."""
+
     team_reward: Float[Array, "*time worlds"]
     terminated: Bool[Array, "*time worlds"]
-    choice: Int[Array, "*time worlds agents"]
     lived: Bool[Array, "*time worlds"]
     """False for padding."""
 
@@ -34,13 +32,29 @@ class Trajectories(eqx.Module):
         weight = jnp.power(discount, jnp.arange(self.lived.shape[0], dtype=jnp.float32))
         return (jnp.where(self.lived, self.team_reward, 0.0) * weight[:, None]).sum(0)
 
-    def worlds(self, part: slice) -> "Trajectories":
-        """Those of some of the worlds."""
-        return jax.tree.map(lambda leaf: leaf[:, part], self)
+    def completed(self) -> Bool[Array, " worlds"]:
+        """Whether each episode ended with the task done, and not for lack of time."""
+        return (self.terminated & self.lived).any(0)
 
     def steps_lived(self) -> Int[Array, ""]:
         """Environment steps of all worlds, padding not counted."""
         return self.lived.sum(dtype=jnp.int32)
+
+    def worlds(self: AnyEpisodes, part: Any) -> AnyEpisodes:
+        """Those of some of the worlds: a slice, or their indices."""
+        return jax.tree.map(lambda leaf: leaf[:, part], self)
+
+
+class Trajectories(Episodes):
+    """Episodes with all that each agent saw, did and was paid."""
+
+    observation: Float[Array, "*time worlds agents obs"]
+    """Before the action."""
+    action: Float[Array, "*time worlds agents act"]
+    next_observation: Float[Array, "*time worlds agents obs"]
+    """After the action, of the same episode."""
+    local_rewards: Float[Array, "*time worlds agents skills"]
+    choice: Int[Array, "*time worlds agents"]
 
 
 class Start(eqx.Module):
@@ -53,6 +67,11 @@ class Start(eqx.Module):
     def draw(cls, env: Environment, key: Key[Array, ""], worlds: int) -> "Start":
         """New worlds, each from its own key."""
         return cls(*env.reset_worlds(jax.random.split(key, worlds)))
+
+    @property
+    def worlds(self) -> int:
+        """How many there are."""
+        return self.observation.shape[-1]
 
     def repeat(self, times: int) -> "Start":
         """The same worlds `times` over, so that every team meets the same start states."""
@@ -67,36 +86,91 @@ class Start(eqx.Module):
         return jax.tree.map(lambda *leaves: jnp.concatenate(leaves, axis=-1), self, other)
 
 
+@dataclasses.dataclass(frozen=True)
+class Lineup:
+    """Who plays where: a policy, its memory at the start, and the worlds that it plays in."""
+
+    policy: Policy
+    memory: PyTree
+    """Leaves have a leading world axis."""
+    start: Start
+
+    @classmethod
+    def of_team(cls, team: Team, start: Start) -> "Lineup":
+        """One team in every world."""
+        return cls.of_teams(lambda _: team, (), 1, start)
+
+    @classmethod
+    def of_teams(
+        cls, make_team: Callable[[Any], Team], stacked: PyTree, n_teams: int, start: Start
+    ) -> "Lineup":
+        """Many teams, each in its own copy of every world; worlds are ordered team by team.
+
+        Args:
+            make_team: makes a team of one slice of `stacked`; what it closes over is shared by all.
+            stacked: what differs between teams; leaves have a leading team axis.
+        """
+
+        def act_for_team(part, observation, memory, keys):
+            return jax.vmap(make_team(part).act)(observation, memory, keys)
+
+        def policy(observation, memory, keys):
+            inputs = (observation, memory, keys)
+            by_team = jax.tree.map(lambda leaf: leaf.reshape(n_teams, start.worlds, *leaf.shape[1:]), inputs)
+            results = jax.vmap(act_for_team, axis_size=n_teams)(stacked, *by_team)
+            return jax.tree.map(lambda leaf: leaf.reshape(n_teams * start.worlds, *leaf.shape[2:]), results)
+
+        memory = jax.vmap(lambda part: make_team(part).initial_memory(), axis_size=n_teams)(stacked)
+        memory = jax.tree.map(lambda leaf: jnp.repeat(leaf, start.worlds, axis=0), memory)
+        return cls(policy, memory, start.repeat(n_teams))
+
+    def beside(self, other: "Lineup") -> "Lineup":
+        """Both at once, the other one's worlds after these."""
+        split = self.start.worlds
+
+        def policy(observation, memory, keys):
+            action, left, choice = self.policy(observation[:split], memory[0], keys[:split])
+            more_action, right, more_choice = other.policy(observation[split:], memory[1], keys[split:])
+            return (
+                jnp.concatenate([action, more_action]),
+                (left, right),
+                jnp.concatenate([choice, more_choice]),
+            )
+
+        return Lineup(policy, (self.memory, other.memory), self.start.join(other.start))
+
+
 def rollout(
     env: Environment,
-    policy: Policy,
-    memory: PyTree,
-    start: Start,
+    lineup: Lineup,
     key: Key[Array, ""],
     noise: Float[Array, ""] | float = 0.0,
-) -> Trajectories:
+    recorded: slice | np.ndarray = slice(None),
+) -> tuple[Episodes, Trajectories]:
     """Lives one episode in each world.
 
     Args:
-        policy: from observation [worlds agents obs], memory and one key per world to action
-            [worlds agents act], memory and choice [worlds agents].
-        memory: the policy's memory at the start, of all worlds.
-        start: the worlds.
+        lineup: who plays where.
         noise: standard deviation of Gaussian noise on the primitive action, which is then
             clipped to [-1, 1]. A literal 0 spares drawing it.
+        recorded: which of the worlds to keep the whole story of; it takes some twenty times the memory.
+
+    Returns:
+        The episodes of all worlds, and the trajectories of the recorded ones.
     """
     is_noisy = not (isinstance(noise, float) and noise == 0)
-    worlds = start.observation.shape[-1]
+    start, worlds = lineup.start, lineup.start.worlds
 
     def live_one_step(carry, keys):
         state, observation, memory, running = carry
         key_policy, key_noise, key_env = keys
         seen = jnp.moveaxis(observation, -1, 0)
-        action, memory, choice = policy(seen, memory, jax.random.split(key_policy, worlds))
+        action, memory, choice = lineup.policy(seen, memory, jax.random.split(key_policy, worlds))
         if is_noisy:
             action = jnp.clip(action + noise * jax.random.normal(key_noise, action.shape), -1.0, 1.0)
         state, step = env.step_worlds(state, jnp.moveaxis(action, 0, -1), jax.random.split(key_env, worlds))
-        lived = Trajectories(
+        episodes = Episodes(step.team_reward, step.terminated, running)
+        trajectories = Trajectories(
             observation=seen,
             action=action,
             next_observation=jnp.moveaxis(step.observation, -1, 0),
@@ -106,44 +180,9 @@ def rollout(
             choice=choice,
             lived=running,
         )
+        kept = jax.tree.map(lambda leaf: leaf[recorded], trajectories)
         running = running & ~step.terminated & ~step.truncated
-        return (state, step.observation, memory, running), lived
+        return (state, step.observation, memory, running), (episodes, kept)
 
-    carry = (start.state, start.observation, memory, jnp.ones(worlds, bool))
+    carry = (start.state, start.observation, lineup.memory, jnp.ones(worlds, bool))
     return jax.lax.scan(live_one_step, carry, jax.random.split(key, (env.episode_length, 3)))[1]
-
-
-def stacked_policy(make_team: Callable[[Any], Team], stacked: PyTree, n_teams: int) -> Policy:
-    """One policy for the worlds of many teams, which are ordered team by team, equally many each.
-
-    Args:
-        make_team: makes a team of one slice of `stacked`; what it closes over is shared by all.
-        stacked: what differs between teams; leaves have a leading team axis.
-    """
-
-    def act_for_team(part, observation, memory, keys):
-        return jax.vmap(make_team(part).act)(observation, memory, keys)
-
-    def policy(observation, memory, keys):
-        inputs = (observation, memory, keys)
-        by_team = jax.tree.map(lambda leaf: leaf.reshape(n_teams, -1, *leaf.shape[1:]), inputs)
-        results = jax.vmap(act_for_team)(stacked, *by_team)
-        return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), results)
-
-    return policy
-
-
-def side_by_side(first: Policy, second: Policy, split: int) -> Policy:
-    """One policy for two groups of worlds, the first `split` of them and the rest; memory is a pair."""
-
-    def policy(observation, memory, keys):
-        action, left, choice = first(observation[:split], memory[0], keys[:split])
-        more_action, right, more_choice = second(observation[split:], memory[1], keys[split:])
-        return jnp.concatenate([action, more_action]), (left, right), jnp.concatenate([choice, more_choice])
-
-    return policy
-
-
-def single_policy(team: Team) -> Policy:
-    """The policy of one team in every world."""
-    return jax.vmap(team.act)

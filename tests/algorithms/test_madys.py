@@ -14,12 +14,14 @@ import pytest
 from oracles.generation import Lived
 from oracles.rover_cases import quick_jit
 from skillcrew.algorithms import madys as module
-from skillcrew.algorithms.madys import MADyS, MADySConfig, MADySState
+from skillcrew.algorithms.madys import MADyS, MADySConfig
+from skillcrew.algorithms.skill_teams import SkillTeamsState
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.learners.plateau import PlateauConfig
 from skillcrew.learners.td3 import TD3Config
+from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.selector import Selector
@@ -46,7 +48,7 @@ CONFIG = MADySConfig(
     exploration_noise=0.0,
     buffer_capacity=1500,
     skills=NAMES,
-    selector=NetworkConfig(hidden=(6,)),
+    selector=PolicyConfig(hidden=(6,)),
     evolution=EvolutionConfig(elites=2),
     learner=TD3Config(batch_size=16, network=NetworkConfig(hidden=(5,))),
     plateau=PlateauConfig(window=4, earliest=0),
@@ -75,12 +77,12 @@ TRACES = []
 
 
 @quick_jit
-def compiled(state: MADySState, local_factor: Any, team_factor: Any) -> Any:
+def compiled(state: SkillTeamsState, local_factor: Any, team_factor: Any) -> Any:
     TRACES.append(1)
     return MADyS(Poisoned(local_factor, team_factor), CONFIG).step(state)
 
 
-def generation(state: MADySState, local_factor: float = 1.0, team_factor: float = 0.0) -> Any:
+def generation(state: SkillTeamsState, local_factor: float = 1.0, team_factor: float = 0.0) -> Any:
     return compiled(state, local_factor, team_factor)
 
 
@@ -88,7 +90,7 @@ init = quick_jit(MADYS.init)
 
 
 @pytest.fixture(scope="module")
-def run() -> tuple[list[MADySState], list[dict[str, Any]]]:
+def run() -> tuple[list[SkillTeamsState], list[dict[str, Any]]]:
     """States after 0, 1 and 2 generations, and the metrics of the two."""
     states, metrics = [init(jax.random.key(11))], []
     for _ in range(2):
@@ -99,12 +101,12 @@ def run() -> tuple[list[MADySState], list[dict[str, Any]]]:
 
 
 @pytest.fixture(scope="module")
-def before(run) -> MADySState:
+def before(run) -> SkillTeamsState:
     return run[0][0]
 
 
 @pytest.fixture(scope="module")
-def after(run) -> MADySState:
+def after(run) -> SkillTeamsState:
     return run[0][1]
 
 
@@ -114,9 +116,9 @@ def lived(before) -> Lived:
     create = GenomeCodec(
         lambda key: Selector.create(key, ENV.observation_size, SKILLS, CONFIG.selector), AGENTS
     )
-    selectors = jax.vmap(create.decode)(before.evolution.genomes)
+    selectors = jax.vmap(create.decode)(before.search.evolver.genomes)
     start_keys = jax.random.split(jax.random.split(before.key, 5)[1], EPISODES)
-    return Lived(ENV, selectors, before.learners.target_actor, start_keys, PROBES)
+    return Lived(ENV, selectors, before.skills.learners.target_actor, start_keys, PROBES)
 
 
 @pytest.fixture(scope="module")
@@ -127,9 +129,11 @@ def fitness(lived) -> np.ndarray:
     return np.array([np.mean([team_return(episode) for episode in team]) for team in lived.teams])
 
 
-def rows(state: MADySState, generation_start: int = 0) -> dict[str, np.ndarray]:
+def rows(state: SkillTeamsState, generation_start: int = 0) -> dict[str, np.ndarray]:
     """The buffer's transitions, by field."""
-    held = np.asarray(state.experience.experience[0])[generation_start : int(state.experience.current_index)]
+    held = np.asarray(state.skills.experience.experience[0])[
+        generation_start : int(state.skills.experience.current_index)
+    ]
     size = ENV.observation_size
     names = ("observation", "action", "next_observation", "local_rewards", "team_reward", "terminated")
     ends = np.cumsum([size, ENV.action_size, size, SKILLS, 1])
@@ -145,8 +149,9 @@ def skill(tree: Any, index: int) -> Any:
     return jax.tree.map(lambda leaf: leaf[index], tree)
 
 
-def with_plateau(state: MADySState, **fields: Any) -> MADySState:
-    return dataclasses.replace(state, plateau=dataclasses.replace(state.plateau, **fields))
+def with_plateau(state: SkillTeamsState, **fields: Any) -> SkillTeamsState:
+    plateau = dataclasses.replace(state.skills.plateau, **fields)
+    return dataclasses.replace(state, skills=dataclasses.replace(state.skills, plateau=plateau))
 
 
 # Rollout and fitness
@@ -195,12 +200,12 @@ def test_buffer_holds_team_reward_and_end_for_every_agent(after, lived, field: s
 def test_exploration_noise_lasts_until_all_skills_have_stopped(before, monkeypatch) -> None:
     received = []
 
-    def recorded(*args):
-        received.append(args[-1])
-        return rollout(*args)
+    def recorded(env, lineup, key, noise, kept):
+        received.append(noise)
+        return rollout(env, lineup, key, noise, kept)
 
     @jax.jit
-    def noise(state: MADySState) -> Any:
+    def noise(state: SkillTeamsState) -> Any:
         """What a step hands to the rollout; all else it computes is dropped by the compiler."""
         MADyS(ENV, CONFIG, exploration_noise=0.25).step(state)
         return received[-1]
@@ -213,7 +218,7 @@ def test_exploration_noise_lasts_until_all_skills_have_stopped(before, monkeypat
 def test_start_worlds_differ_between_episodes_and_generations(run, lived) -> None:
     pois = np.array([world.poi_position for world in lived.worlds])
     assert len(np.unique(pois)) == pois.size
-    held = int(run[0][1].experience.current_index)
+    held = int(run[0][1].skills.experience.current_index)
     starts = [rows(run[0][g], begin)["observation"] for g, begin in ((1, 0), (2, held))]
     first, second = (start[: TEAMS * EPISODES * AGENTS].reshape(TEAMS, EPISODES, -1) for start in starts)
     for start in (first, second):
@@ -226,31 +231,31 @@ def test_start_worlds_differ_between_episodes_and_generations(run, lived) -> Non
 
 
 def test_the_champion_is_the_fittest_with_the_skills_as_they_are_now(before, after, run, fitness) -> None:
-    fittest = before.evolution.genomes[int(fitness.argmax())]
-    np.testing.assert_array_equal(after.evolution.genomes[0], fittest)
+    fittest = before.search.evolver.genomes[int(fitness.argmax())]
+    np.testing.assert_array_equal(after.search.evolver.genomes[0], fittest)
     team = MADYS.team(after)
     genes = np.concatenate(
         [np.asarray(leaf).reshape(AGENTS, -1) for leaf in jax.tree.leaves(team.selectors)], 1
     )
     np.testing.assert_array_equal(genes.ravel(), fittest)
-    assert identical(team.skills, after.learners.target_actor)
+    assert identical(team.skills, after.skills.learners.target_actor)
     assert run[1][0]["champion_fitness"] == pytest.approx(fitness.max(), rel=1e-5)
 
 
 def test_local_rewards_never_reach_evolution(before, after, run) -> None:
     other, measured = generation(before, 3.0, 0.0)
-    assert identical(other.evolution, after.evolution)
+    assert identical(other.search, after.search)
     assert measured["fitness_mean"] == run[1][0]["fitness_mean"]
     # They do reach the learners.
-    assert not identical(other.learners, after.learners)
+    assert not identical(other.skills.learners, after.skills.learners)
 
 
 def test_team_reward_never_reaches_the_learners(before, after) -> None:
     other, _ = generation(before, 1.0, -1000.0)
-    assert identical(other.learners, after.learners)
-    assert identical(other.plateau, after.plateau)
+    assert identical(other.skills.learners, after.skills.learners)
+    assert identical(other.skills.plateau, after.skills.plateau)
     # It does reach evolution.
-    assert not identical(other.evolution.genomes, after.evolution.genomes)
+    assert not identical(other.search.evolver.genomes, after.search.evolver.genomes)
 
 
 # Skills
@@ -271,24 +276,29 @@ def test_returns_are_of_each_skills_own_probes(run, lived) -> None:
 
 def test_every_skill_learns(before, after) -> None:
     for index in range(SKILLS):
-        assert not identical(skill(before.learners.actor, index), skill(after.learners.actor, index))
+        assert not identical(
+            skill(before.skills.learners.actor, index), skill(after.skills.learners.actor, index)
+        )
 
 
 def test_stopped_skills_stay_while_the_others_and_evolution_go_on(run) -> None:
     state = with_plateau(run[0][1], stopped_at=jnp.array([1, -1, -1, 1], jnp.int32))
     stopped, measured = generation(state)
-    moved = [not identical(skill(stopped.learners, k), skill(state.learners, k)) for k in range(SKILLS)]
+    moved = [
+        not identical(skill(stopped.skills.learners, k), skill(state.skills.learners, k))
+        for k in range(SKILLS)
+    ]
     assert moved == [False, True, True, False]
     assert [int(measured[f"stopped_at_{name}"]) for name in NAMES] == [1, -1, -1, 1]
     assert [bool(np.isnan(measured[f"critic_loss_{name}"])) for name in NAMES] == [True, False, False, True]
-    assert identical(stopped.evolution, run[0][2].evolution)
+    assert identical(stopped.search, run[0][2].search)
 
 
 def test_once_all_skills_have_stopped_none_changes(after) -> None:
     state = with_plateau(after, stopped_at=jnp.full(SKILLS, 1, jnp.int32))
     stopped, _ = generation(state)
-    assert identical(stopped.learners, state.learners)
-    assert not identical(stopped.evolution.genomes, state.evolution.genomes)
+    assert identical(stopped.skills.learners, state.skills.learners)
+    assert not identical(stopped.search.evolver.genomes, state.search.evolver.genomes)
 
 
 def test_a_skill_stops_at_the_generation_that_its_metric_names(after) -> None:
@@ -300,7 +310,10 @@ def test_a_skill_stops_at_the_generation_that_its_metric_names(after) -> None:
     )
     stopped, measured = generation(state)
     assert [int(measured[f"stopped_at_{name}"]) for name in NAMES] == [-1, -1, 2, -1]
-    moved = [not identical(skill(stopped.learners, k), skill(state.learners, k)) for k in range(SKILLS)]
+    moved = [
+        not identical(skill(stopped.skills.learners, k), skill(state.skills.learners, k))
+        for k in range(SKILLS)
+    ]
     assert moved == [True, True, False, True]
 
 

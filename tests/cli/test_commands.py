@@ -80,7 +80,7 @@ def test_help_of_an_algorithm_explains_every_field(capsys, monkeypatch):
     shown = re.sub(r"[│╭╮╰╯─\s]+", " ", capsys.readouterr().out)
     for part in (
         "--algorithm.population",
-        "Teams of selectors (M).",
+        "Teams (M).",
         "--algorithm.learner.discount",
         "--environment.spatial-coupling",
         "Rovers that must be within the activation distance",
@@ -276,13 +276,13 @@ def test_evaluate_as_json(finished, capsys):
 
 
 def test_json_is_strict_where_an_interval_is_unknown():
-    from skillcrew.cli.present import evaluation_as_json
-
     evaluation = sc.Evaluation(
         (0, 1), 2, np.asarray([[1.0, np.nan], [0.0, 1.0]]), np.zeros((2, 2, 1, 1), int)
     )
     evaluation = sc.Evaluation((0,), 2, evaluation.returns[1:], evaluation.choices[1:])
-    json.loads(evaluation_as_json(evaluation), parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+    json.loads(
+        json.dumps(evaluation.as_dict()), parse_constant=lambda name: pytest.fail(f"{name} is no JSON")
+    )
 
 
 def test_report_as_json(copied, capsys, tmp_path):

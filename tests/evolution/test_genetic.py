@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from oracles.rover_cases import quick_jit
-from skillcrew.evolution.genetic import EvolutionConfig, GeneticState, next_generation
+from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState, next_generation
 from skillcrew.evolution.lineage import Lineage
 from skillcrew.evolution.mutation import MutationConfig
 
@@ -64,7 +64,7 @@ def evolve(config: EvolutionConfig) -> dict[str, Any]:
         "parents": np.asarray(after.genomes).astype(int) - 1,
         "mean": np.asarray(after.lineage.mean),
         "evaluations": np.asarray(after.lineage.evaluations),
-        "champion": np.asarray(jax.vmap(GeneticState.champion)(after)),
+        "champion": np.asarray(jax.vmap(GeneticAlgorithm(config).champion)(after)),
         "expected_mean": mean,
         "expected_evaluations": counted + 1,
         "standing": standing(config.lineage_prior),

@@ -6,8 +6,11 @@ import pytest
 import yaml
 
 import skillcrew as sc
+from skillcrew.algorithms.team_search import CurriculumConfig, RaceConfig
 from skillcrew.envs.presets import PRESETS
+from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.config import RunConfig, from_yaml, to_yaml
+from skillcrew.policies.memory import PolicyConfig
 
 
 @pytest.fixture
@@ -60,13 +63,18 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
                 "exploration_noise": 0.45,
                 "fitness_discount": 0.75,
                 "task_ends_skills": True,
+                "recorded_episodes": 5,
+                "evolver": "strategy",
                 "buffer_capacity": 31_337,
                 "skills": ("go_to_agent", "go_to_poi_D"),
             },
-            selector=sc.NetworkConfig((5,), "none"),
+            selector=altered(PolicyConfig(), hidden=(5,), input_scaling="none", sharing="team"),
             evolution=dataclasses.replace(evolution, mutation=altered(evolution.mutation, kind="gaussian")),
             learner=altered(sc.TD3Config(), network=sc.NetworkConfig((6, 7, 8), "none")),
             plateau=altered(sc.PlateauConfig()),
+            strategy=altered(StrategyConfig()),
+            race=altered(RaceConfig(), finalists=0),
+            curriculum=altered(CurriculumConfig()),
         ),
     )
     run = RunConfig((7, 5, 2004), 1234, 9, 3, 0.5, 4, False)

@@ -16,7 +16,7 @@ def beyond_base(algorithm, seeds=1):
 
 def test_the_estimate_grows_with_what_takes_memory():
     small = tiny_madys()
-    width = small._buffer.width
+    width = small._skills._buffer.width
     larger = beyond_base(tiny_madys(buffer_capacity=100_400)) - beyond_base(small)
     assert larger == 100_000 * width * 4
     assert beyond_base(small, seeds=5) == 5 * beyond_base(small)

@@ -21,6 +21,7 @@ from skillcrew.envs.environment import Environment, TimeStep
 from skillcrew.experiment.checkpoints import Checkpoints
 from skillcrew.experiment.generation import shapes
 from skillcrew.experiment.metrics import read_metrics
+from skillcrew.policies.memory import PolicyConfig
 
 SEEDS = (3, 11)
 STEPS = 900
@@ -52,7 +53,6 @@ def compile_once() -> dict[str, str]:
 def tiny_madys(**overrides) -> sc.MADyS:
     """Two rovers that now and then succeed within six steps, so that episodes differ in length."""
     env = sc.make("rover-t2-c2", episode_length=6, activation_distance=9.0)
-    small = sc.NetworkConfig(hidden=(8,))
     fields = {
         "population": 7,
         "episodes": 2,
@@ -60,8 +60,8 @@ def tiny_madys(**overrides) -> sc.MADyS:
         "updates": 2,
         "buffer_capacity": 400,
         "skills": ("go_to_poi_A", "go_to_poi_B"),
-        "selector": small,
-        "learner": sc.TD3Config(batch_size=8, network=small),
+        "selector": PolicyConfig(hidden=(8,)),
+        "learner": sc.TD3Config(batch_size=8, network=sc.NetworkConfig(hidden=(8,))),
     }
     return sc.MADyS(env, **{**fields, **overrides})
 

@@ -63,7 +63,7 @@ class Lived:
             actions = []
             for agent in range(self.env.n_agents):
                 selector = jax.tree.map(lambda leaf, agent=agent: leaf[agent], team)
-                choice = jnp.where(forced < 0, selector(observation[agent]), forced)
+                choice = jnp.where(forced < 0, selector(observation[agent], jnp.zeros(0))[0], forced)
                 skill = jax.tree.map(lambda leaf, choice=choice: leaf[choice], skills)
                 actions.append(skill(observation[agent]))
             action = jnp.stack(actions)

@@ -10,6 +10,7 @@ from oracles.td3 import Net
 from skillcrew.policies import network
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.critic import Critic
+from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.network import MLP, NetworkConfig, scale_input
 from skillcrew.policies.selector import Selector
 
@@ -27,7 +28,10 @@ def forward(mlp: MLP, x: np.ndarray) -> np.ndarray:
 
 def with_biases(policy):
     biases = tuple(0.1 + jnp.arange(bias.size, dtype=jnp.float32) for bias in policy.network.biases)
-    return type(policy)(MLP(policy.network.weights, biases), policy.input_scaling)
+    network = MLP(policy.network.weights, biases)
+    if isinstance(policy, MemoryNetwork):
+        return MemoryNetwork(network, None, policy.input_scaling)
+    return type(policy)(network, policy.input_scaling)
 
 
 def test_sqrt_scaling_is_twice_the_signed_root() -> None:
@@ -46,8 +50,11 @@ def test_policies_and_critics_equal_numpy(scaling, seen) -> None:
     # The action is no sensor reading and comes as it is.
     expected = forward(critic.network, np.concatenate([seen, ACTION]))[0]
     np.testing.assert_allclose(critic(jnp.asarray(OBSERVATION), jnp.asarray(ACTION)), expected, rtol=1e-4)
-    selector = with_biases(Selector.create(jax.random.key(2), 5, 3, config))
-    assert int(selector(jnp.asarray(OBSERVATION))) == forward(selector.network, seen).argmax()
+    selector = Selector.create(jax.random.key(2), 5, 3, PolicyConfig(hidden=(7, 4), input_scaling=scaling))
+    network = with_biases(selector.network)
+    choice, memory = Selector(network)(jnp.asarray(OBSERVATION), jnp.zeros(0))
+    assert int(choice) == forward(network.network, seen).argmax()
+    assert memory.shape == (0,)
 
 
 def test_layers_have_their_sizes_and_weights_their_deviations() -> None:

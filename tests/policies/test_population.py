@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from skillcrew.policies.network import NetworkConfig
+from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.selector import Selector
 
@@ -15,7 +15,7 @@ GENES_PER_AGENT = OBSERVATION * HIDDEN + HIDDEN + HIDDEN * SKILLS + SKILLS
 
 
 def create(key) -> Selector:
-    return Selector.create(key, OBSERVATION, SKILLS, NetworkConfig(hidden=(HIDDEN,)))
+    return Selector.create(key, OBSERVATION, SKILLS, PolicyConfig(hidden=(HIDDEN,)))
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def genomes(codec):
 
 
 def test_a_genome_has_every_agents_weights_and_biases(codec, genomes) -> None:
-    assert codec.genes_per_agent == GENES_PER_AGENT
+    assert codec.genes_per_network == GENES_PER_AGENT
     assert codec.n_genes == AGENTS * GENES_PER_AGENT
     assert genomes.shape == (POPULATION, AGENTS * GENES_PER_AGENT)
 
@@ -40,7 +40,7 @@ def test_no_two_agents_or_individuals_start_alike(genomes) -> None:
 
 
 def test_networks_start_as_they_are_created(codec, genomes) -> None:
-    network = codec.decode(genomes[0]).network
+    network = codec.decode(genomes[0]).network.network
     assert not any(bias.any() for bias in network.biases)
     assert float(jnp.std(network.weights[0])) == pytest.approx((2 / OBSERVATION) ** 0.5, rel=0.3)
 

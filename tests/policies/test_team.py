@@ -7,12 +7,12 @@ import pytest
 
 from oracles.rover_cases import quick_jit
 from skillcrew.policies.actor import Actor
-from skillcrew.policies.network import NetworkConfig
+from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.selector import Selector
 from skillcrew.policies.team import FixedChoiceTeam, SkillTeam, Team, apply_skills
 
 AGENTS, SKILLS, OBSERVATION, ACTION = 5, 3, 4, 2
-NETWORK = NetworkConfig(hidden=(6,))
+NETWORK = PolicyConfig(hidden=(6,))
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,9 @@ def team() -> SkillTeam:
     def create(key):
         selectors = jax.vmap(lambda k: Selector.create(k, OBSERVATION, SKILLS, NETWORK))
         skills = jax.vmap(lambda k: Actor.create(k, OBSERVATION, ACTION, NETWORK))
-        return SkillTeam(selectors(jax.random.split(key, AGENTS)), skills(jax.random.split(key, SKILLS)))
+        return SkillTeam(
+            selectors(jax.random.split(key, AGENTS)), skills(jax.random.split(key, SKILLS)), AGENTS
+        )
 
     return quick_jit(create)(jax.random.key(0))
 
@@ -46,8 +48,8 @@ def test_each_agent_has_a_selector_of_its_own_and_skills_are_shared(team, observ
     same = jnp.tile(observation[:1], (AGENTS, 1))
     for seen in (observation, same):
         action, memory, choice = team.act(seen, team.initial_memory(), jax.random.key(2))
-        assert memory == team.initial_memory()
-        expected = [int(at(team.selectors, agent)(seen[agent])) for agent in range(AGENTS)]
+        assert memory.shape == team.initial_memory().shape == (AGENTS, 0)
+        expected = [int(at(team.selectors, agent)(seen[agent], memory[agent])[0]) for agent in range(AGENTS)]
         assert choice.tolist() == expected
         assert len(set(expected)) > 1
         for agent in range(AGENTS):

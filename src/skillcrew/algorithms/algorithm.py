@@ -1,10 +1,13 @@
 """What every algorithm offers, whatever it evolves and whatever it learns by gradient."""
 
+import dataclasses
+from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
 from jaxtyping import Array, Key, PyTree
 
 from skillcrew.envs.environment import Environment
+from skillcrew.errors import unknown_name
 from skillcrew.policies.team import Team
 
 
@@ -43,3 +46,16 @@ class Algorithm(Protocol):
     def transient_bytes(self) -> int:
         """Estimate of the memory that `step` needs beside the state, for one seed."""
         ...
+
+
+def override(algorithm: Any, config: Any, overrides: Mapping[str, Any]) -> Any:
+    """The configuration of an algorithm, by default its class's, with some fields changed.
+
+    Raises:
+        UserError: an unknown field, or a value that a field refuses.
+    """
+    fields = [field.name for field in dataclasses.fields(algorithm.config_class)]
+    for field in overrides:
+        if field not in fields:
+            raise unknown_name(f"field of {algorithm.name}", field, fields)
+    return dataclasses.replace(config or algorithm.config_class(), **overrides)

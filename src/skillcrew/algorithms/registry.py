@@ -3,11 +3,14 @@
 from typing import Any
 
 from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.algorithms.ea import EA
 from skillcrew.algorithms.madys import MADyS
+from skillcrew.algorithms.madys_plus import MADySPlus
+from skillcrew.algorithms.mfl import MFL
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import unknown_name
 
-ALGORITHMS: dict[str, Any] = {MADyS.name: MADyS}
+ALGORITHMS: dict[str, Any] = {kind.name: kind for kind in (MADyS, MADySPlus, MFL, EA)}
 """Each class has `name`, `config_class`, and is made from an environment and a configuration."""
 
 

@@ -1,12 +1,16 @@
 """The report of a run: its learning curve, and who chose which skill when."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 
-from skillcrew.analysis.figures import Curve, learning_curves, save, skill_distribution
+from skillcrew.analysis.canvas import save
+from skillcrew.analysis.curves import Curve, learning_curves
+from skillcrew.analysis.skill_figures import skill_distribution
 from skillcrew.analysis.statistics import mean_band
 from skillcrew.errors import UserError
+from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.metrics import Columns
 from skillcrew.experiment.run import Evaluation, Run
 
@@ -29,6 +33,8 @@ def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -
         heading = f"{title}, seed {seed}: {rate.mean:.1%} of {evaluation.episodes} episodes solved"
         figure = skill_distribution(choices, run.algorithm.choices(), heading)
         written += save(figure, folder / f"chosen_skills_seed_{seed}")
+    scores = json.dumps(evaluation.as_dict(), indent=1) + "\n"
+    write_whole(folder / run.folder.scores.name, lambda path: path.write_text(scores))
     return written
 
 

@@ -1,9 +1,10 @@
 """`skillcrew evaluate RUN`."""
 
 import dataclasses
+import json
 
 from skillcrew.cli.options import parse_options
-from skillcrew.cli.present import describe_evaluation, evaluation_as_json, take_places
+from skillcrew.cli.present import describe_evaluation, take_places
 from skillcrew.experiment.run import Run
 
 USAGE = (
@@ -35,5 +36,8 @@ def run(words: list[str]) -> int:
         EvaluateOptions, words[1:], EvaluateOptions(), f"skillcrew evaluate {words[0]}", USAGE
     )
     evaluation = Run(places[0], checkpoint=options.checkpoint).evaluate(options.episodes)
-    print(evaluation_as_json(evaluation, run=places[0]) if options.json else describe_evaluation(evaluation))
+    if options.json:
+        print(json.dumps({**evaluation.as_dict(), "run": places[0]}, indent=1))
+    else:
+        print(describe_evaluation(evaluation))
     return 0

@@ -1,9 +1,7 @@
 """What several commands print, and how they take their places on the command line."""
 
-import json
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from skillcrew.errors import UserError
 from skillcrew.experiment.run import Evaluation
@@ -37,17 +35,6 @@ def describe_evaluation(evaluation: Evaluation) -> str:
         f"success     {total.mean:.3f} {_range(total)} on {evaluation.episodes} fresh episodes per seed"
     )
     return "\n".join(lines)
-
-
-def evaluation_as_json(evaluation: Evaluation, **more: Any) -> str:
-    """The same, for programs."""
-    total = evaluation.success_rate
-    per_seed = [
-        {"seed": seed, "mean": interval.mean, "low": interval.low, "high": interval.high}
-        for seed, interval in zip(evaluation.seeds, evaluation.per_seed, strict=True)
-    ]
-    rate = {"mean": total.mean, "low": total.low, "high": total.high, "per_seed": per_seed}
-    return json.dumps({"success_rate": rate, "episodes": evaluation.episodes, **more}, indent=1)
 
 
 def _range(interval: Interval) -> str:

@@ -6,10 +6,11 @@ from typing import Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Bool, Float, Key
 
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.crossover import single_point
+from skillcrew.evolution.evolver import Draw
 from skillcrew.evolution.lineage import Lineage
 from skillcrew.evolution.mutation import MutationConfig, mutate
 from skillcrew.evolution.selection import proportional, rank, tournament
@@ -79,13 +80,52 @@ class GeneticState(eqx.Module):
     def create(cls, genomes: Float[Array, "population genes"]) -> "GeneticState":
         return cls(genomes, Lineage.create(genomes.shape[0]))
 
-    def champion(self) -> Float[Array, " genes"]:
+
+class GeneticAlgorithm:
+    """The `Evolver` of Algorithm 1."""
+
+    def __init__(self, config: EvolutionConfig):
+        self.config = config
+
+    def init(self, key: Key[Array, ""], draw: Draw, population: int) -> GeneticState:
+        return GeneticState.create(draw(key, population))
+
+    def genomes(self, state: GeneticState) -> Float[Array, "population genes"]:
+        return state.genomes
+
+    def next_generation(
+        self,
+        key: Key[Array, ""],
+        state: GeneticState,
+        fitness: Float[Array, " population"],
+        evaluations: Float[Array, " population"] | float = 1.0,
+    ) -> GeneticState:
+        return next_generation(key, state, fitness, self.config, evaluations)
+
+    def standing(
+        self, state: GeneticState, fitness: Float[Array, " population"]
+    ) -> Float[Array, " population"]:
+        lineage = state.lineage.add(fitness, self.config.lineage_memory)
+        return lineage.standing(self.config.lineage_prior)
+
+    def forget(self, state: GeneticState, when: Bool[Array, ""]) -> GeneticState:
+        return GeneticState(state.genomes, state.lineage.forget(when))
+
+    def champion(self, state: GeneticState) -> Float[Array, " genes"]:
         """The surest elite of the last evaluation; see `EvolutionConfig.champion_prior`."""
-        return self.genomes[0]
+        return state.genomes[0]
+
+    def champion_fitness(self, state: GeneticState) -> Float[Array, ""]:
+        """The mean over its lineage."""
+        return state.lineage.mean[0]
 
 
 def next_generation(
-    key: Key[Array, ""], state: GeneticState, fitness: Float[Array, " population"], config: EvolutionConfig
+    key: Key[Array, ""],
+    state: GeneticState,
+    fitness: Float[Array, " population"],
+    config: EvolutionConfig,
+    evaluations: Float[Array, " population"] | float = 1.0,
 ) -> GeneticState:
     """Lines 10 to 15 of Algorithm 1, and mutation.
 
@@ -94,13 +134,14 @@ def next_generation(
 
     Args:
         fitness: of the present population, in its order.
+        evaluations: how much of an evaluation each fitness rests on.
     """
     key_select, key_pair, key_cross, key_mutate = jax.random.split(key, 4)
     population = state.genomes.shape[0]
     children = population - config.elites
     crossed = round(config.crossover_share * children)
 
-    lineage = state.lineage.add(fitness, config.lineage_memory)
+    lineage = state.lineage.add(fitness, config.lineage_memory, evaluations)
     standing = lineage.standing(config.lineage_prior)
     elites = rank(standing)[: config.elites]
     elites = elites[rank(lineage.standing(config.champion_prior)[elites])]

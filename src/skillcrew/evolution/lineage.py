@@ -8,7 +8,7 @@ parent's standing, as so many evaluations that it need not live through again.
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 
 class Lineage(eqx.Module):
@@ -23,16 +23,26 @@ class Lineage(eqx.Module):
     def create(cls, population: int) -> "Lineage":
         return cls(jnp.zeros(population), jnp.zeros(population))
 
-    def add(self, fitness: Float[Array, " population"], memory: float) -> "Lineage":
+    def add(
+        self,
+        fitness: Float[Array, " population"],
+        memory: float,
+        evaluations: Float[Array, " population"] | float = 1.0,
+    ) -> "Lineage":
         """Takes in one evaluation of every individual.
 
         Args:
             memory: evaluations counted at most. What an individual was worth with the skills of
                 long ago says little about it with today's.
+            evaluations: how many this one counts for: more for who lived more episodes.
         """
-        known = jnp.minimum(self.evaluations, memory - 1)
-        mean = (self.mean * known + fitness) / (known + 1)
-        return Lineage(mean, known + 1)
+        known = jnp.clip(self.evaluations, 0.0, jnp.maximum(memory - evaluations, 0.0))
+        mean = (self.mean * known + fitness * evaluations) / (known + evaluations)
+        return Lineage(mean, known + evaluations)
+
+    def forget(self, when: Bool[Array, ""]) -> "Lineage":
+        """Nothing is known of anybody, where `when`."""
+        return Lineage(self.mean, jnp.where(when, 0.0, self.evaluations))
 
     def standing(self, prior: float) -> Float[Array, " population"]:
         """What each individual is ranked by: its mean, drawn towards the population's.

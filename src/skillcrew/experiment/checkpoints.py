@@ -18,8 +18,8 @@ from skillcrew.errors import UserError
 from skillcrew.experiment.files import check_room, disk_errors
 from skillcrew.experiment.generation import flat_arrays
 
-FORMAT = 1
-"""Version of the layout; a checkpoint of a later one is refused."""
+FORMAT = 2
+"""Version of the layout; a checkpoint of another one is refused."""
 
 BUFFER = "experience"
 """A leaf with this in its path belongs to a replay buffer."""
@@ -178,7 +178,13 @@ def _check_version(about: Any, place: Path) -> None:
     if about["format"] > FORMAT:
         raise UserError(
             f"{place}: written by a newer skillcrew (checkpoint format {about['format']}, this one "
-            f"reads up to {FORMAT}); upgrade skillcrew"
+            f"reads {FORMAT}); upgrade skillcrew"
+        )
+    if about["format"] < FORMAT:
+        raise UserError(
+            f"{place}: written by an older skillcrew (checkpoint format {about['format']}, this one reads "
+            f"{FORMAT}); go on with the skillcrew that wrote it, or train anew: `skillcrew train --config` "
+            "takes the run's config.yaml"
         )
 
 

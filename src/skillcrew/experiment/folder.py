@@ -20,7 +20,7 @@ config.yaml        every option, also those left at their defaults; `skillcrew t
 metrics.parquet    one row per seed and generation (pandas, polars, R and DuckDB read it)
 timing.json        seconds spent on compiling and on running, environment steps per second
 checkpoints/       everything that the run goes on from, by generation: the latest and the best
-report/            learning curve and chosen skills, as PNG and PDF
+report/            learning curve and chosen skills, as PNG and PDF, and the champions' scores
 environment.txt    versions, device and command
 
 skillcrew resume .        goes on after an interruption, to the same bits
@@ -39,6 +39,7 @@ class RunFolder:
         self.timing = self.path / "timing.json"
         self.checkpoints = self.path / "checkpoints"
         self.report = self.path / "report"
+        self.scores = self.report / "scores.json"
 
     def create(self, config: str) -> None:
         """Makes the folder with its configuration, or leaves nothing behind.

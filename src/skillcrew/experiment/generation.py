@@ -11,7 +11,7 @@ from jaxtyping import Array, Int, Key, PyTree
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.experiment.config import RunConfig
 from skillcrew.policies.team import Team
-from skillcrew.rollout import Start, Trajectories, rollout, single_policy
+from skillcrew.rollout import Lineup, Start, Trajectories, rollout
 
 COMPILER_OPTIONS: dict[str, dict[str, str | bool]] = {"cpu": {"xla_backend_optimization_level": "1"}}
 """By platform. What LLVM adds beyond its first level makes the program compile half as long again, and
@@ -76,9 +76,8 @@ def compiled_chunk(
 def play(algorithm: Algorithm, team: Team, key: Key[Array, ""], episodes: int) -> Trajectories:
     """A team's episodes without exploration noise, in worlds drawn from `key`."""
     key_start, key_rollout = jax.random.split(key)
-    memory = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, (episodes, *leaf.shape)), team.initial_memory())
     start = Start.draw(algorithm.env, key_start, episodes)
-    return rollout(algorithm.env, single_policy(team), memory, start, key_rollout)
+    return rollout(algorithm.env, Lineup.of_team(team, start), key_rollout)[1]
 
 
 def flat_arrays(state: PyTree) -> dict[str, Array]:

@@ -54,6 +54,15 @@ class Evaluation:
             return self.per_seed[0]
         return seed_interval(self.returns.mean(1))
 
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON."""
+        per_seed = [
+            {"seed": seed, **dataclasses.asdict(interval)}
+            for seed, interval in zip(self.seeds, self.per_seed, strict=True)
+        ]
+        rate = {**dataclasses.asdict(self.success_rate), "per_seed": per_seed}
+        return {"success_rate": rate, "episodes": self.episodes}
+
 
 class Run:
     """A trained (or half-trained) run, read from its folder.

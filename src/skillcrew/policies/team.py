@@ -5,9 +5,10 @@ from typing import Protocol, runtime_checkable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, Key, PyTree
+from jaxtyping import Array, Bool, Float, Int, Key, PyTree
 
 from skillcrew.policies.actor import Actor
+from skillcrew.policies.memory import MemoryNetwork, for_each_agent, initial_memories
 from skillcrew.policies.selector import Selector
 
 
@@ -30,22 +31,47 @@ class Team(Protocol):
 
 
 class SkillTeam(eqx.Module):
-    """Each agent's own selector picks one of the skills that all agents share (Algorithm 2)."""
+    """Each agent's selector picks one of the skills that all agents share (Algorithm 2)."""
 
     selectors: Selector
-    """Leaves have a leading agent axis."""
+    """Leaves have a leading axis: one selector for each agent, or a single one that all share."""
     skills: Actor
     """Leaves have a leading skill axis."""
+    n_agents: int = eqx.field(static=True)
 
-    def initial_memory(self) -> PyTree:
-        return ()
+    def initial_memory(self) -> Float[Array, "agents units"]:
+        return initial_memories(self.selectors.network, self.n_agents)
 
     def act(
         self, observation: Float[Array, "agents obs"], memory: PyTree, key: Key[Array, ""]
     ) -> tuple[Float[Array, "agents act"], PyTree, Int[Array, " agents"]]:
         del key  # The best-scored skill is taken; nothing is drawn.
-        choice = jax.vmap(Selector.__call__)(self.selectors, observation)
+        choice, memory = self.choose(observation, memory)
         return apply_skills(self.skills, observation, choice), memory, choice
+
+    def choose(
+        self, observation: Float[Array, "agents obs"], memory: Float[Array, "agents units"]
+    ) -> tuple[Int[Array, " agents"], Float[Array, "agents units"]]:
+        """Each agent's choice, and the new memory."""
+        return for_each_agent(Selector.__call__, self.selectors, observation, memory)
+
+
+class ActorTeam(eqx.Module):
+    """Each agent's network gives the primitive action itself; nothing is chosen."""
+
+    actors: MemoryNetwork
+    """Leaves have a leading axis: one actor for each agent, or a single one that all share."""
+    n_agents: int = eqx.field(static=True)
+
+    def initial_memory(self) -> Float[Array, "agents units"]:
+        return initial_memories(self.actors, self.n_agents)
+
+    def act(
+        self, observation: Float[Array, "agents obs"], memory: PyTree, key: Key[Array, ""]
+    ) -> tuple[Float[Array, "agents act"], PyTree, Int[Array, " agents"]]:
+        del key
+        outputs, memory = for_each_agent(MemoryNetwork.__call__, self.actors, observation, memory)
+        return jnp.tanh(outputs), memory, jnp.zeros(self.n_agents, jnp.int32)
 
 
 class FixedChoiceTeam(eqx.Module):
@@ -65,6 +91,36 @@ class FixedChoiceTeam(eqx.Module):
         del key
         choice = jnp.full(self.n_agents, self.skill, jnp.int32)
         return apply_skills(self.skills, observation, choice), memory, choice
+
+
+class WanderingTeam(eqx.Module):
+    """Agents choose skills at random while they explore, and by their selectors after that (MFL).
+
+    A random choice is kept for a while: one drawn anew at every step leads nowhere.
+    """
+
+    team: SkillTeam
+    exploring: Bool[Array, ""]
+    change: float = eqx.field(static=True)
+    """Probability per step that an exploring agent draws another skill."""
+
+    def initial_memory(self) -> tuple[PyTree, Int[Array, " agents"]]:
+        """The selectors' memory, and the skill that each agent explores by; -1 for none yet."""
+        return self.team.initial_memory(), jnp.full(self.team.n_agents, -1, jnp.int32)
+
+    def act(
+        self, observation: Float[Array, "agents obs"], memory: PyTree, key: Key[Array, ""]
+    ) -> tuple[Float[Array, "agents act"], PyTree, Int[Array, " agents"]]:
+        chosen, own_memory = self.team.choose(observation, memory[0])
+        wandered = self._wander(memory[1], key)
+        choice = jnp.where(self.exploring, wandered, chosen)
+        return apply_skills(self.team.skills, observation, choice), (own_memory, wandered), choice
+
+    def _wander(self, last: Int[Array, " agents"], key: Key[Array, ""]) -> Int[Array, " agents"]:
+        n_skills = jax.tree.leaves(self.team.skills)[0].shape[0]
+        changes, drawn = jax.random.uniform(key, (2, *last.shape))
+        another = jnp.floor(drawn * n_skills).astype(jnp.int32)
+        return jnp.where((last < 0) | (changes < self.change), another, last)
 
 
 def apply_skills(

@@ -1,18 +1,13 @@
-"""What stands in the figures is what was recorded: the drawn shapes are read back."""
+"""What stands in a figure of chosen skills is what was recorded: the drawn shapes are read back."""
 
 import itertools
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 
-from skillcrew.analysis import figures
-from skillcrew.analysis.figures import Curve, learning_curves, readable_skill, save, skill_distribution
-from skillcrew.analysis.statistics import Band, mean_band
+from skillcrew.analysis import skill_figures as figures
+from skillcrew.analysis.skill_figures import readable_skill, skill_distribution
 from skillcrew.errors import UserError
 
 SKILLS = ("go_to_poi_A", "go_away_from_poi_A", "go_to_poi_B", "go_away_from_poi_B", "go_to_agent")
@@ -65,23 +60,6 @@ def read_shares(figure, axes):
             shares[:, skill] += np.nan_to_num(top - base)
             opacity = np.where(np.isnan(top), opacity, area.get_alpha())
     return shares, opacity
-
-
-def made_up_curve(label="MADyS", n_seeds=3, **extra):
-    rng = np.random.default_rng(n_seeds)
-    steps = [np.cumsum(rng.integers(5_000, 30_000, 60)) for _ in range(n_seeds)]
-    values = [rng.uniform(0, 1, 60) for _ in range(n_seeds)]
-    for row in values:
-        row[3:60:7] = np.nan
-    return Curve(label, mean_band(steps, values), list(zip(steps, values, strict=True)), **extra)
-
-
-def test_nothing_to_draw_is_the_users_to_mend():
-    for empty in (np.full((3, 4, 2), -1), made_up_choices()[:0]):
-        with pytest.raises(UserError, match="no episodes"):
-            skill_distribution(empty, SKILLS, "")
-    with pytest.raises(UserError, match="no learning curves"):
-        learning_curves([], "")
 
 
 @pytest.mark.parametrize("n_agents", [1, 2, 5, 6])
@@ -175,107 +153,7 @@ def test_colours_pair_the_skills_of_a_target_and_are_told_apart_by_the_colour_bl
     assert figures.skill_colours(["hover", "land"])[0] != figures.skill_colours(["hover", "land"])[1]
 
 
-def lines(figure, gid):
-    return [line for line in figure.axes[0].lines if line.get_gid() == gid]
-
-
-def test_learning_curves_draw_what_was_recorded():
-    curves = [made_up_curve("MADyS", 3), made_up_curve("EA", 2)]
-    figure = learning_curves(curves, "rover-t2-c2")
-    axes = figure.axes[0]
-    bands = [area for area in axes.collections if area.get_gid() == "band"]
-    for curve, mean, band in zip(curves, lines(figure, "mean"), bands, strict=True):
-        np.testing.assert_array_equal(
-            mean.get_xydata(), np.stack([curve.band.steps, curve.band.mean], axis=1)
-        )
-        (outline,) = band.get_paths()
-        corners = set(map(tuple, outline.vertices))
-        assert corners >= set(zip(curve.band.steps, curve.band.low, strict=True))
-        assert corners >= set(zip(curve.band.steps, curve.band.high, strict=True))
-        assert to_rgb(band.get_facecolor()[0][:3]) == to_rgb(mean.get_color())
-    for seed in range(3):
-        drawn = lines(figure, f"seed {seed}")
-        recorded = [curve.per_seed[seed] for curve in curves if seed < len(curve.per_seed)]
-        for line, (steps, values) in zip(drawn, recorded, strict=True):
-            kept = ~np.isnan(values)
-            np.testing.assert_array_equal(line.get_xydata(), np.stack([steps[kept], values[kept]], axis=1))
-            assert line.get_linewidth() < 1 and line.get_alpha() < 0.5
-    assert axes.get_title() == "rover-t2-c2" and axes.get_xlabel() == "Environment steps"
-    assert axes.get_ylabel() == "Champion's success rate on fresh episodes"
-
-
-def test_the_legend_says_what_the_band_is():
-    curves = [made_up_curve("MADyS", 5), made_up_curve("MFL", 2, pretrained_at=2e5), made_up_curve("EA", 1)]
-    figure = learning_curves(curves, "")
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
-        "MADyS (mean of 5 seeds, 95 % interval)",
-        "MFL (mean of 2 seeds, 95 % interval; dotted: end of pre-training)",
-        "EA (1 seed, no interval)",
-    ]
-    (dotted,) = lines(figure, "pre-training")
-    assert list(dotted.get_xdata()) == [2e5, 2e5]
-    assert len([area for area in figure.axes[0].collections if area.get_gid() == "band"]) == 2
-
-
-def one_point(steps):
-    one = np.array([0.5])
-    at = np.array([float(steps)])
-    return Curve("EA", Band(at, one, one * np.nan, one * np.nan), [(at, one)])
-
-
-@pytest.mark.parametrize(
-    ("last", "tick", "label"),
-    [(4e6, 5e5, "0.5 M"), (6e5, 2e5, "0.2 M"), (3e5, 5e4, "50 k"), (2e9, 5e8, "0.5 G"), (90, 20, "20")],
-)
-def test_steps_are_in_human_units(last, tick, label):
-    formatter = learning_curves([one_point(last)], "").axes[0].xaxis.get_major_formatter()
-    assert formatter(tick, 0) == label and formatter(0, 0) == "0"
-
-
-def test_a_single_measurement_is_visible():
-    (mean,) = lines(learning_curves([one_point(1e5)], ""), "mean")
-    assert mean.get_marker() == "o"
-
-
-def test_saved_files_are_a_png_and_a_pdf_of_the_same_bytes_every_time(tmp_path):
-    choices = made_up_choices()
-    written = []
-    for folder in ("one", "two"):
-        stem = tmp_path / folder / "fig-4.2"
-        written.append(save(skill_distribution(choices, SKILLS, "title"), stem))
-        assert [path.name for path in written[-1]] == ["fig-4.2.png", "fig-4.2.pdf"]
-        assert sorted(path.name for path in stem.parent.iterdir()) == ["fig-4.2.pdf", "fig-4.2.png"]
-    png, pdf = (path.read_bytes() for path in written[0])
-    assert png.startswith(b"\x89PNG") and pdf.startswith(b"%PDF") and pdf.rstrip().endswith(b"%%EOF")
-    assert b"Date" not in pdf and b"atplotlib" not in png
-    assert (png, pdf) == tuple(path.read_bytes() for path in written[1])
-    # Pixels per metre, as PNG counts them, of 150 dots per inch.
-    assert int.from_bytes(png[png.index(b"pHYs") + 4 :][:4], "big") == round(150 / 0.0254)
-
-
-def test_a_failed_save_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
-    figure = learning_curves([made_up_curve()], "")
-    png, pdf = save(figure, tmp_path / "curves")
-    old = png.read_bytes()
-
-    def full_disk(_, path, **__):
-        assert path.parent == tmp_path and path not in (png, pdf)
-        path.write_bytes(b"half a fi")
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(Figure, "savefig", full_disk)
-    with pytest.raises(UserError, match=r"curves\.png: No space left"):
-        save(figure, tmp_path / "curves")
-    assert png.read_bytes() == old
-    assert sorted(os.listdir(tmp_path)) == ["curves.pdf", "curves.png"]
-
-
-def test_a_folder_that_cannot_be_is_the_users_to_mend(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(UserError, match="cannot write"):
-        save(Figure(), tmp_path / "file" / "figure")
-
-
-def test_pyplot_is_never_loaded():
-    code = "import sys, skillcrew.analysis.figures; sys.exit('matplotlib.pyplot' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+def test_nothing_to_draw_is_the_users_to_mend():
+    for empty in (np.full((3, 4, 2), -1), made_up_choices()[:0]):
+        with pytest.raises(UserError, match="no episodes"):
+            skill_distribution(empty, SKILLS, "")

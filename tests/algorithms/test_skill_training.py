@@ -10,7 +10,7 @@ import optax
 import pytest
 
 from oracles.rover_cases import quick_jit
-from skillcrew.algorithms.skill_learning import run_unless, train_skills
+from skillcrew.algorithms.skill_training import run_unless, train_skills
 from skillcrew.learners.td3 import TD3, TD3Config, TD3State
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.replay import ReplayBuffer, Transitions

@@ -1,0 +1,76 @@
+"""MFL: Multi-fitness Learning, in the form that the thesis compares with (sections 2.2.5 and 4.3).
+
+The same teams of selectors over the same skills as in MADyS, but one after the other: skills are
+trained first, from the experience of agents that choose among them at random; then they are frozen,
+and selectors evolve. What the pre-training costs counts as environment steps.
+"""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from skillcrew.algorithms.skill_teams import SkillTeams, SkillTeamsConfig, SkillTeamsState
+from skillcrew.errors import UserError
+from skillcrew.policies.selector import Selector
+from skillcrew.policies.team import SkillTeam, WanderingTeam
+from skillcrew.rollout import rollout
+
+
+@dataclasses.dataclass(frozen=True)
+class MFLConfig(SkillTeamsConfig):
+    """Options of MFL."""
+
+    pretraining_steps: int = 600_000
+    """Environment steps for which the skills are trained before selectors evolve."""
+    exploration_change: float = 0.1
+    """Probability per step that an agent, while skills are trained, changes to another random skill."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.pretraining_steps < 1:
+            raise UserError(f"pretraining_steps = {self.pretraining_steps}: give at least 1")
+        if not 0 < self.exploration_change <= 1:
+            raise UserError(
+                f"exploration_change = {self.exploration_change}: give a probability above 0 and up to 1"
+            )
+
+
+class MFL(SkillTeams):
+    """Skills are trained first, on local rewards; then they are frozen, and teams of selectors evolve.
+
+    `MFL(env, pretraining_steps=1_000_000)` overrides fields of `MFLConfig`.
+
+    Raises:
+        UserError: an unknown field or skill, or a value that a field refuses.
+    """
+
+    name = "mfl"
+    config_class = MFLConfig
+
+    def step(self, state: SkillTeamsState) -> tuple[SkillTeamsState, dict[str, Array]]:
+        """One generation, of pre-training or of evolution."""
+        key, key_start, key_rollout, key_evolution, key_skills = jax.random.split(state.key, 5)
+        skills = state.skills.in_use()
+        pretraining = state.environment_steps < self.config.pretraining_steps
+
+        def make_team(selectors: Selector) -> WanderingTeam:
+            team = SkillTeam(selectors, skills, self.env.n_agents)
+            return WanderingTeam(team, pretraining, self.config.exploration_change)
+
+        start = self._search.start(key_start, state.search)
+        teams = self._search.lineup(state.search, start, make_team)
+        probes = self._skills.probes(state.skills, start)
+        noise = self._skills.noise(pretraining)
+        episodes, recorded = rollout(self.env, teams.beside(probes), key_rollout, noise, self._recorded())
+
+        of_teams = episodes.worlds(slice(self._search.worlds))
+        evolved, measured = self._search.evolve(key_evolution, state.search, of_teams, make_team)
+        search = jax.tree.map(lambda old, new: jnp.where(pretraining, old, new), state.search, evolved)
+        generation = state.generation + 1
+        learned, returns = self._skills.learn(key_skills, state.skills, recorded, generation, ~pretraining)
+
+        steps = state.environment_steps + episodes.steps_lived() + measured.pop("race_steps", 0)
+        state = SkillTeamsState(key, search, learned, generation, steps)
+        return state, {"environment_steps": steps, "pretraining": pretraining, **measured, **returns}

@@ -1,0 +1,137 @@
+"""Learning curves, alone and beside each other, as in Figures 4.2 and 4.3 of the thesis."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+import numpy as np
+from jaxtyping import Real
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter
+
+from skillcrew.analysis.canvas import STYLE, layout
+from skillcrew.analysis.statistics import Band
+from skillcrew.errors import UserError
+
+CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#AA4499", "#E69F00", "#56B4E9", "#333333")
+"""Okabe and Ito's colours (with a stronger purple), which colour-blind readers tell apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One line of a comparison: an algorithm in one environment, over its seeds."""
+
+    label: str
+    band: Band
+    """The mean over seeds, in [0, 1], with its interval."""
+    per_seed: Sequence[tuple[Real[np.ndarray, " _"], Real[np.ndarray, " _"]]]
+    """For each seed its environment steps and values; rows with NaN are skipped."""
+    pretrained_at: float | None = None
+    """Environment steps after which pre-training ended (MFL); marked by a dotted line."""
+
+
+def learning_curves(curves: Sequence[Curve], title: str) -> Figure:
+    """Success rates over environment steps: each seed faint, the mean bold, its 95 % band shaded.
+
+    Args:
+        curves: at least one; colours repeat after seven, with other dashes.
+        title: stands above the axes.
+
+    Raises:
+        UserError: no curves.
+    """
+    if not curves:
+        raise UserError("there are no learning curves to draw")
+    with matplotlib.rc_context(STYLE):
+        # Each entry of the legend takes its own height and none from the axes.
+        figure = Figure(figsize=(6.4, 3.9 + 0.2 * len(curves)), layout=layout())
+        axes = figure.subplots()
+        handles = _draw_panel(axes, curves)
+        axes.set_title(title, fontsize=11)
+        figure.legend(handles, [_curve_name(curve) for curve in curves], loc="outside lower center")
+    return figure
+
+
+def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figure:
+    """Several comparisons side by side, each in a panel of its own, with one legend.
+
+    Args:
+        panels: by the title of each panel, the same labels in the same order in all of them. Means and
+            bands alone are drawn, no single seeds.
+        title: stands above all panels.
+    """
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(1.0 + 3.1 * len(panels), 3.7), layout=layout())
+        row = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+        for axes, (name, curves) in zip(row, panels.items(), strict=True):
+            bare = [dataclasses.replace(curve, per_seed=[]) for curve in curves]
+            handles = _draw_panel(axes, bare)
+            axes.set_title(name)
+            if axes is not row[0]:
+                axes.set_ylabel("")
+        labels = [curve.label for curve in next(iter(panels.values()))]
+        pretrained = [curve for curves in panels.values() for curve in curves if curve.pretrained_at]
+        if pretrained:
+            handles = [*handles, Line2D([], [], color="#333333", linestyle=":", linewidth=1.2)]
+            labels.append(f"end of pre-training ({pretrained[0].label})")
+        figure.suptitle(title)
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure
+
+
+def _draw_panel(axes: Axes, curves: Sequence[Curve]) -> list[Any]:
+    """Draws curves into axes, and returns what stands for each in a legend."""
+    handles: list[Any] = [_draw_curve(axes, index, curve) for index, curve in enumerate(curves)]
+    axes.set_xlabel("Environment steps")
+    axes.set_ylabel("Champion's success rate on fresh episodes")
+    ends = [float(np.max(steps)) for curve in curves for steps, _ in curve.per_seed]
+    last = max(ends or [float(curve.band.steps[-1]) for curve in curves])
+    # A little more room than needed, or the border would hide half of a line that runs along it.
+    axes.set_xlim(0, 1.01 * last or 1)
+    axes.set_ylim(-0.02, 1.02)
+    axes.set_yticks(np.linspace(0, 1, 6))
+    axes.xaxis.set_major_formatter(_step_formatter(last))
+    axes.grid(axis="y", color="#E6E6E6", linewidth=0.6)
+    axes.set_axisbelow(True)
+    return handles
+
+
+def _draw_curve(axes: Axes, index: int, curve: Curve) -> tuple[Patch, Line2D] | Line2D:
+    """Draws one curve and returns what stands for it in the legend."""
+    colour = CURVE_COLOURS[index % len(CURVE_COLOURS)]
+    dashes = ("-", "--", ":")[index // len(CURVE_COLOURS) % 3]
+    band = curve.band
+    # A line through one point is invisible: a run's first generation needs a dot.
+    dot = "o" if len(band.steps) == 1 else ""
+    for seed, (steps, values) in enumerate(curve.per_seed):
+        kept = ~np.isnan(values)
+        thin: dict[str, Any] = {"alpha": 0.25, "linewidth": 0.7, "marker": dot}
+        axes.plot(steps[kept], values[kept], color=colour, gid=f"seed {seed}", **thin)
+    bold: dict[str, Any] = {"linewidth": 2, "linestyle": dashes, "marker": dot, "zorder": 3}
+    (mean,) = axes.plot(band.steps, band.mean, color=colour, gid="mean", **bold)
+    if curve.pretrained_at is not None:
+        axes.axvline(curve.pretrained_at, color=colour, linestyle=":", linewidth=1.2, gid="pre-training")
+    if np.isnan(band.low).all():
+        return mean
+    axes.fill_between(band.steps, band.low, band.high, color=colour, alpha=0.2, linewidth=0, gid="band")
+    return Patch(color=colour, alpha=0.2, linewidth=0), mean
+
+
+def _curve_name(curve: Curve) -> str:
+    """What the legend says of a curve."""
+    n_seeds = len(curve.per_seed)
+    statistics = f"mean of {n_seeds} seeds, 95 % interval" if n_seeds > 1 else "1 seed, no interval"
+    dotted = "; dotted: end of pre-training" if curve.pretrained_at is not None else ""
+    return f"{curve.label} ({statistics}{dotted})"
+
+
+def _step_formatter(last: float) -> FuncFormatter:
+    """Ticks as 0.5 M or 200 k: one unit for the whole axis, so that labels compare at a glance."""
+    units = ((1e9, " G"), (1e6, " M"), (1e3, " k"))
+    scale, suffix = next(((scale, suffix) for scale, suffix in units if last >= scale / 2), (1, ""))
+    return FuncFormatter(lambda steps, _: f"{steps / scale:g}{suffix}" if steps else "0")

@@ -1,0 +1,54 @@
+"""What every way to search offers, so that an algorithm need not know which one it uses."""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from jaxtyping import Array, Bool, Float, Key
+
+Genome = Float[Array, " genes"]
+Genomes = Float[Array, "population genes"]
+Draw = Callable[[Key[Array, ""], int], Genomes]
+"""Draws so many random genomes."""
+
+
+class Evolver(Protocol):
+    """Ask and tell: `genomes(state)` are to be evaluated, `next_generation` is told their fitness."""
+
+    def init(self, key: Key[Array, ""], draw: Draw, population: int) -> Any:
+        """The state before the first generation."""
+        ...
+
+    def genomes(self, state: Any) -> Genomes:
+        """The population that is to be evaluated now."""
+        ...
+
+    def next_generation(
+        self,
+        key: Key[Array, ""],
+        state: Any,
+        fitness: Float[Array, " population"],
+        evaluations: Float[Array, " population"],
+    ) -> Any:
+        """The state after an evaluation.
+
+        Args:
+            fitness: of the present population, in its order; larger is better.
+            evaluations: how much of an evaluation each fitness rests on; 1 for one as long as everybody's.
+        """
+        ...
+
+    def standing(self, state: Any, fitness: Float[Array, " population"]) -> Float[Array, " population"]:
+        """How good each individual is thought to be, the fitness of this evaluation included."""
+        ...
+
+    def forget(self, state: Any, when: Bool[Array, ""]) -> Any:
+        """Drops what is known of fitness: the task is another one from now on."""
+        ...
+
+    def champion(self, state: Any) -> Genome:
+        """The individual to report."""
+        ...
+
+    def champion_fitness(self, state: Any) -> Float[Array, ""]:
+        """What is known of the champion's fitness."""
+        ...

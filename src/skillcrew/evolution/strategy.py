@@ -1,0 +1,127 @@
+"""An evolution strategy: the mean of a cloud of genomes climbs the fitness that the cloud measures.
+
+Salimans et al. 2017, with mirrored sampling, ranks in place of fitness, and Adam. Where a genetic
+algorithm has to find out which individual is good, which takes many episodes each, every episode
+here says something about the one mean.
+"""
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optax
+from jaxtyping import Array, Bool, Float, Key
+
+from skillcrew.errors import UserError
+from skillcrew.evolution.evolver import Draw
+
+
+@dataclasses.dataclass(frozen=True)
+class StrategyConfig:
+    """How the mean of the population moves."""
+
+    deviation: float = 0.1
+    """Standard deviation σ of individuals around the mean, of every gene."""
+    learning_rate: float = 0.03
+    """Adam's step size for the mean."""
+    fitness_memory: float = 20.0
+    """Generations that the mean's known fitness remembers."""
+
+    def __post_init__(self) -> None:
+        for field in ("deviation", "learning_rate"):
+            if not getattr(self, field) > 0:
+                raise UserError(f"strategy.{field} = {getattr(self, field)}: give a positive number")
+        if not self.fitness_memory >= 1:
+            raise UserError(f"strategy.fitness_memory = {self.fitness_memory}: give at least 1 generation")
+
+    def check_population(self, population: int) -> None:
+        """Raises `UserError` if a population of this size cannot be mirrored pairs."""
+        if population < 2 or population % 2:
+            raise UserError(
+                f"population = {population}: an evolution strategy samples mirrored pairs; give an even "
+                "number of at least 2"
+            )
+
+
+class StrategyState(eqx.Module):
+    """The mean, its optimiser, and the cloud around it that is to be evaluated next."""
+
+    mean: Float[Array, " genes"]
+    optimiser: optax.OptState
+    noise: Float[Array, "pairs genes"]
+    """In standard deviations, of one of each mirrored pair."""
+    fitness: Float[Array, ""]
+    """Running average of the population's mean fitness."""
+    evaluations: Float[Array, ""]
+    """Generations that it stands for."""
+
+
+class EvolutionStrategy:
+    """An `Evolver` whose champion is the mean, which no noise of its own evaluation selects."""
+
+    def __init__(self, config: StrategyConfig):
+        self.config = config
+        self._optimiser = optax.adam(config.learning_rate)
+
+    def init(self, key: Key[Array, ""], draw: Draw, population: int) -> StrategyState:
+        key_mean, key_noise = jax.random.split(key)
+        mean = draw(key_mean, 1)[0]
+        noise = jax.random.normal(key_noise, (population // 2, mean.shape[0]))
+        return StrategyState(mean, self._optimiser.init(mean), noise, jnp.zeros(()), jnp.zeros(()))
+
+    def genomes(self, state: StrategyState) -> Float[Array, "population genes"]:
+        """One of each pair, then all their mirror images."""
+        step = self.config.deviation * state.noise
+        return jnp.concatenate([state.mean + step, state.mean - step])
+
+    def next_generation(
+        self,
+        key: Key[Array, ""],
+        state: StrategyState,
+        fitness: Float[Array, " population"],
+        evaluations: Float[Array, " population"] | float = 1.0,
+    ) -> StrategyState:
+        """Steps up the estimated gradient of the expected rank.
+
+        Σ over individuals of rank · noise / (population · σ), the mirrored ones with their noise negated.
+        """
+        del evaluations
+        first, mirrored = jnp.split(centred_ranks(fitness), 2)
+        gradient = (first - mirrored) @ state.noise / (fitness.shape[0] * self.config.deviation)
+        step, optimiser = self._optimiser.update(-gradient, state.optimiser)
+        known = jnp.minimum(state.evaluations, self.config.fitness_memory - 1)
+        return StrategyState(
+            mean=optax.apply_updates(state.mean, step),
+            optimiser=optimiser,
+            noise=jax.random.normal(key, state.noise.shape),
+            fitness=(state.fitness * known + fitness.mean()) / (known + 1),
+            evaluations=known + 1,
+        )
+
+    def standing(
+        self, state: StrategyState, fitness: Float[Array, " population"]
+    ) -> Float[Array, " population"]:
+        """The fitness itself: nobody lives twice."""
+        return fitness
+
+    def forget(self, state: StrategyState, when: Bool[Array, ""]) -> StrategyState:
+        return dataclasses.replace(state, evaluations=jnp.where(when, 0.0, state.evaluations))
+
+    def champion(self, state: StrategyState) -> Float[Array, " genes"]:
+        return state.mean
+
+    def champion_fitness(self, state: StrategyState) -> Float[Array, ""]:
+        """The mean fitness of the populations around it, which the noise makes worse than its own."""
+        return state.fitness
+
+
+def centred_ranks(fitness: Float[Array, " population"]) -> Float[Array, " population"]:
+    """Ranks from -1/2 for the worst to 1/2 for the best; equals share the mean of theirs.
+
+    Returns of a sparse reward are mostly equal, and an order among equals would be noise.
+    """
+    below = (fitness[:, None] > fitness[None, :]).sum(1)
+    equal_or_below = (fitness[:, None] >= fitness[None, :]).sum(1)
+    rank = (below + equal_or_below - 1).astype(jnp.float32) / 2
+    return rank / (fitness.shape[0] - 1) - 0.5

@@ -1,0 +1,99 @@
+"""Networks that may remember, and teams that may share one: what evolution searches for."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Key, PyTree
+
+from skillcrew.errors import UserError, unknown_name
+from skillcrew.policies.network import MLP, InputScaling, NetworkConfig, scale_input
+
+
+@dataclasses.dataclass(frozen=True)
+class PolicyConfig(NetworkConfig):
+    """Size, input, memory and sharing of the networks that evolve."""
+
+    hidden: tuple[int, ...] = (16,)
+    """Units of each hidden layer (rectified linear)."""
+    memory: int = 0
+    """Units of a gated recurrent unit (GRU; Cho et al. 2014) that carries what was seen from step to step;
+    0 is a feed-forward network, which knows the present observation alone."""
+    sharing: Literal["agent", "team"] = "agent"
+    """Whose a network is: "agent" gives each agent of a team its own (the thesis's), "team" one to all."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.memory < 0:
+            raise UserError(f"memory = {self.memory}: give a number of units, or 0 for no memory")
+        if self.sharing not in ("agent", "team"):
+            raise unknown_name("sharing", str(self.sharing), ("agent", "team"))
+
+    def networks(self, n_agents: int) -> int:
+        """How many networks a team of so many agents has."""
+        return n_agents if self.sharing == "agent" else 1
+
+
+class MemoryNetwork(eqx.Module):
+    """A feed-forward network which, with memory, sees a recurrent unit's state beside the observation.
+
+    Without memory it is its feed-forward part alone, and what it remembers is empty.
+    """
+
+    network: MLP
+    unit: eqx.nn.GRUCell | None
+    input_scaling: InputScaling = eqx.field(static=True)
+
+    @classmethod
+    def create(
+        cls, key: Key[Array, ""], observation_size: int, outputs: int, config: PolicyConfig
+    ) -> "MemoryNetwork":
+        """Draws a network; the recurrent unit's weights are uniform, as Equinox draws them."""
+        sizes = (observation_size + config.memory, *config.hidden, outputs)
+        if not config.memory:
+            return cls(MLP.create(key, sizes), None, config.input_scaling)
+        key_network, key_unit = jax.random.split(key)
+        unit = eqx.nn.GRUCell(observation_size, config.memory, key=key_unit)
+        return cls(MLP.create(key_network, sizes), unit, config.input_scaling)
+
+    def initial_memory(self) -> Float[Array, " units"]:
+        """What is remembered before the first step: nothing."""
+        return jnp.zeros(self.unit.hidden_size if self.unit else 0)
+
+    def __call__(
+        self, observation: Float[Array, " obs"], memory: Float[Array, " units"]
+    ) -> tuple[Float[Array, " outputs"], Float[Array, " units"]]:
+        """The outputs, and the new memory."""
+        seen = scale_input(observation, self.input_scaling)
+        if self.unit:
+            memory = self.unit(seen, memory)
+            seen = jnp.concatenate([seen, memory])
+        return self.network(seen), memory
+
+
+def initial_memories(networks: MemoryNetwork, n_agents: int) -> Float[Array, "agents units"]:
+    """Every agent's memory at the start of an episode.
+
+    Args:
+        networks: with a leading axis: one for each agent, or a single one that all share.
+    """
+    memories = jax.vmap(MemoryNetwork.initial_memory)(networks)
+    return jnp.broadcast_to(memories, (n_agents, memories.shape[1]))
+
+
+def for_each_agent(function: Callable[..., Any], networks: PyTree, *inputs: Array) -> Any:
+    """`function(network, *input)` of every agent.
+
+    Args:
+        networks: leaves have a leading axis: one network for each agent, or a single one that all share.
+        inputs: with a leading agent axis.
+    """
+    count = jax.tree.leaves(networks)[0].shape[0]
+    if count == 1:
+        # Applied once to all agents: one large matrix product instead of as many as there are agents.
+        shared = jax.tree.map(lambda leaf: leaf[0], networks)
+        return jax.vmap(lambda *own: function(shared, *own))(*inputs)
+    return jax.vmap(function)(networks, *inputs)

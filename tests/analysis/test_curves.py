@@ -1,0 +1,85 @@
+"""What stands in a figure of learning curves is what was recorded: the drawn lines are read back."""
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from skillcrew.analysis.curves import Curve, learning_curves
+from skillcrew.analysis.statistics import Band, mean_band
+from skillcrew.errors import UserError
+
+
+def made_up_curve(label="MADyS", n_seeds=3, **extra):
+    rng = np.random.default_rng(n_seeds)
+    steps = [np.cumsum(rng.integers(5_000, 30_000, 60)) for _ in range(n_seeds)]
+    values = [rng.uniform(0, 1, 60) for _ in range(n_seeds)]
+    for row in values:
+        row[3:60:7] = np.nan
+    return Curve(label, mean_band(steps, values), list(zip(steps, values, strict=True)), **extra)
+
+
+def lines(figure, gid):
+    return [line for line in figure.axes[0].lines if line.get_gid() == gid]
+
+
+def test_learning_curves_draw_what_was_recorded():
+    curves = [made_up_curve("MADyS", 3), made_up_curve("EA", 2)]
+    figure = learning_curves(curves, "rover-t2-c2")
+    axes = figure.axes[0]
+    bands = [area for area in axes.collections if area.get_gid() == "band"]
+    for curve, mean, band in zip(curves, lines(figure, "mean"), bands, strict=True):
+        np.testing.assert_array_equal(
+            mean.get_xydata(), np.stack([curve.band.steps, curve.band.mean], axis=1)
+        )
+        (outline,) = band.get_paths()
+        corners = set(map(tuple, outline.vertices))
+        assert corners >= set(zip(curve.band.steps, curve.band.low, strict=True))
+        assert corners >= set(zip(curve.band.steps, curve.band.high, strict=True))
+        assert to_rgb(band.get_facecolor()[0][:3]) == to_rgb(mean.get_color())
+    for seed in range(3):
+        drawn = lines(figure, f"seed {seed}")
+        recorded = [curve.per_seed[seed] for curve in curves if seed < len(curve.per_seed)]
+        for line, (steps, values) in zip(drawn, recorded, strict=True):
+            kept = ~np.isnan(values)
+            np.testing.assert_array_equal(line.get_xydata(), np.stack([steps[kept], values[kept]], axis=1))
+            assert line.get_linewidth() < 1 and line.get_alpha() < 0.5
+    assert axes.get_title() == "rover-t2-c2" and axes.get_xlabel() == "Environment steps"
+    assert axes.get_ylabel() == "Champion's success rate on fresh episodes"
+
+
+def test_the_legend_says_what_the_band_is():
+    curves = [made_up_curve("MADyS", 5), made_up_curve("MFL", 2, pretrained_at=2e5), made_up_curve("EA", 1)]
+    figure = learning_curves(curves, "")
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+        "MADyS (mean of 5 seeds, 95 % interval)",
+        "MFL (mean of 2 seeds, 95 % interval; dotted: end of pre-training)",
+        "EA (1 seed, no interval)",
+    ]
+    (dotted,) = lines(figure, "pre-training")
+    assert list(dotted.get_xdata()) == [2e5, 2e5]
+    assert len([area for area in figure.axes[0].collections if area.get_gid() == "band"]) == 2
+
+
+def one_point(steps):
+    one = np.array([0.5])
+    at = np.array([float(steps)])
+    return Curve("EA", Band(at, one, one * np.nan, one * np.nan), [(at, one)])
+
+
+@pytest.mark.parametrize(
+    ("last", "tick", "label"),
+    [(4e6, 5e5, "0.5 M"), (6e5, 2e5, "0.2 M"), (3e5, 5e4, "50 k"), (2e9, 5e8, "0.5 G"), (90, 20, "20")],
+)
+def test_steps_are_in_human_units(last, tick, label):
+    formatter = learning_curves([one_point(last)], "").axes[0].xaxis.get_major_formatter()
+    assert formatter(tick, 0) == label and formatter(0, 0) == "0"
+
+
+def test_a_single_measurement_is_visible():
+    (mean,) = lines(learning_curves([one_point(1e5)], ""), "mean")
+    assert mean.get_marker() == "o"
+
+
+def test_nothing_to_draw_is_the_users_to_mend():
+    with pytest.raises(UserError, match="no learning curves"):
+        learning_curves([], "")
