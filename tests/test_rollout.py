@@ -19,14 +19,14 @@ def teams_of(key) -> ToyTeam:
     return jax.vmap(ToyTeam.create)(jax.random.split(key, TEAMS))
 
 
-def live_all(key, noise: float) -> dict[str, Any]:
+def live_all(key, noise: float, recorded: Any = slice(None)) -> dict[str, Any]:
     """All teams in the same episodes; beside them one more team, in the first of these episodes."""
     key_teams, key_other, key_start, key = jax.random.split(key, 4)
     teams, other = teams_of(key_teams), ToyTeam.create(key_other)
     start = Start.draw(ENV, key_start, EPISODES)
     lineup = Lineup.of_teams(ToyTeam, teams.weights, TEAMS, start)
     lineup = lineup.beside(Lineup.of_team(other, start.first(OTHERS)))
-    episodes, lived = rollout(ENV, lineup, key, noise)
+    episodes, lived = rollout(ENV, lineup, key, noise, recorded)
     return {
         "lived": lived,
         "episodes": episodes,
@@ -101,6 +101,21 @@ def test_return_and_steps_leave_padding_out(quiet, episodes) -> None:
 
 def test_an_episode_is_completed_if_the_task_was_done_before_its_end(quiet, episodes) -> None:
     assert quiet["completed"].tolist() == [steps[-1].terminated for steps in episodes]
+
+
+@pytest.mark.parametrize(
+    "recorded", [np.array([3, 17, 0, 21]), slice(0), slice(4, 13, 2)], ids=["some", "none", "slice"]
+)
+def test_only_the_recorded_worlds_are_told_in_full_and_all_in_brief(quiet, recorded) -> None:
+    told = quick_jit(lambda key: live_all(key, 0.0, recorded))(jax.random.key(0))
+    for one, other in zip(
+        jax.tree.leaves(told["lived"]), jax.tree.leaves(quiet["lived"].worlds(recorded)), strict=True
+    ):
+        np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
+    for field in ("team_reward", "terminated", "lived"):
+        values = getattr(told["episodes"], field)
+        np.testing.assert_allclose(values, getattr(quiet["lived"], field), rtol=1e-5, atol=1e-5)
+        assert values.shape == (LENGTH, TEAMS * EPISODES + OTHERS)
 
 
 def test_each_team_lives_as_it_does_alone(quiet) -> None:

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Key, PyTree
 
+from skillcrew.conditional import run_unless
 from skillcrew.envs.environment import Environment
 from skillcrew.policies.team import Team
 
@@ -167,7 +168,11 @@ def rollout(
         seen = jnp.moveaxis(observation, -1, 0)
         action, memory, choice = lineup.policy(seen, memory, jax.random.split(key_policy, worlds))
         if is_noisy:
-            action = jnp.clip(action + noise * jax.random.normal(key_noise, action.shape), -1.0, 1.0)
+            # Drawing it would take a third of a rollout whose noise is 0 because nobody learns any more.
+            draw = run_unless(
+                jnp.asarray(noise == 0), lambda _: jax.random.normal(key_noise, action.shape), action * 0.0
+            )
+            action = jnp.clip(action + noise * draw, -1.0, 1.0)
         state, step = env.step_worlds(state, jnp.moveaxis(action, 0, -1), jax.random.split(key_env, worlds))
         episodes = Episodes(step.team_reward, step.terminated, running)
         trajectories = Trajectories(

@@ -14,10 +14,12 @@ import pytest
 from oracles.generation import Lived
 from oracles.rover_cases import quick_jit
 from skillcrew.algorithms import madys as module
+from skillcrew.algorithms import skill_learning
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.skill_teams import SkillTeamsState
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.world import RoverDomain
+from skillcrew.errors import UserError
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.learners.plateau import PlateauConfig
 from skillcrew.learners.td3 import TD3Config
@@ -116,7 +118,7 @@ def lived(before) -> Lived:
     create = GenomeCodec(
         lambda key: Selector.create(key, ENV.observation_size, SKILLS, CONFIG.selector), AGENTS
     )
-    selectors = jax.vmap(create.decode)(before.search.evolver.genomes)
+    selectors = jax.vmap(create.decode)(before.search.genomes)
     start_keys = jax.random.split(jax.random.split(before.key, 5)[1], EPISODES)
     return Lived(ENV, selectors, before.skills.learners.target_actor, start_keys, PROBES)
 
@@ -227,12 +229,67 @@ def test_start_worlds_differ_between_episodes_and_generations(run, lived) -> Non
     assert not np.isclose(first[0], second[0]).all(1).any()
 
 
+def test_only_the_recorded_episodes_enter_the_buffer_and_all_count_for_fitness(
+    before, run, lived, monkeypatch
+) -> None:
+    # Learning is another test's, and takes long to compile.
+    monkeypatch.setattr(skill_learning, "train_skills", lambda key, learner, learners, *rest: (learners, {}))
+    recorded = 2
+    state, measured = quick_jit(MADyS(ENV, CONFIG, recorded_episodes=recorded).step)(before)
+    kept = [episode for team in lived.teams for episode in team[:recorded]]
+    kept += [episode for probe in lived.probes for episode in probe]
+    for field in ("observation", "action"):
+        expected = [
+            getattr(episode, field)[time, agent]
+            for episode, time, agent in lived.in_buffer_order()
+            if any(episode is one for one in kept)
+        ]
+        np.testing.assert_allclose(rows(state)[field], expected, rtol=1e-4, atol=1e-4)
+    assert int(measured["transitions_held"]) == AGENTS * sum(len(episode) for episode in kept)
+    for name in ("fitness_best", "fitness_mean", "environment_steps"):
+        assert float(measured[name]) == pytest.approx(float(run[1][0][name]), rel=1e-6)
+    # The returns are those of the probes, wherever these stand.
+    for name in NAMES:
+        assert float(measured[f"return_{name}"]) == pytest.approx(run[1][0][f"return_{name}"], rel=1e-5)
+
+
+def test_a_buffer_need_hold_only_what_is_recorded() -> None:
+    # 2 episodes of 7 teams and 4 · 3 probes, of 6 steps of 2 agents each.
+    smallest = (2 * TEAMS + SKILLS * PROBES) * 6 * AGENTS
+    MADyS(ENV, CONFIG, recorded_episodes=2, buffer_capacity=smallest)
+    with pytest.raises(UserError, match=rf"buffer_capacity = {smallest - 1}: .* {smallest} transitions"):
+        MADyS(ENV, CONFIG, recorded_episodes=2, buffer_capacity=smallest - 1)
+
+
 # Evolution
 
 
+def test_a_strategy_moves_one_selector_with_memory_that_all_agents_share(monkeypatch) -> None:
+    monkeypatch.setattr(skill_learning, "train_skills", lambda key, learner, learners, *rest: (learners, {}))
+    madys = MADyS(
+        ENV,
+        CONFIG,
+        population=8,
+        evolver="strategy",
+        selector=PolicyConfig(hidden=(6,), memory=3, sharing="team"),
+    )
+    first = quick_jit(madys.init)(jax.random.key(2))
+    after, measured = quick_jit(madys.step)(first)
+    assert after.search.noise.shape[0] == 4
+    assert not identical(after.search.mean, first.search.mean)
+    team = madys.team(after)
+    assert team.selectors.network.unit.weight_hh.shape == (1, 9, 3)
+    # The champion is the mean of the cloud, one network for all.
+    genes = np.concatenate([np.asarray(leaf).ravel() for leaf in jax.tree.leaves(team.selectors)])
+    np.testing.assert_array_equal(genes, after.search.mean)
+    assert team.initial_memory().shape == (AGENTS, 3)
+    assert float(measured["champion_fitness"]) == pytest.approx(float(measured["fitness_mean"]))
+    assert 0 < measured["fitness_mean"] <= measured["fitness_best"]
+
+
 def test_the_champion_is_the_fittest_with_the_skills_as_they_are_now(before, after, run, fitness) -> None:
-    fittest = before.search.evolver.genomes[int(fitness.argmax())]
-    np.testing.assert_array_equal(after.search.evolver.genomes[0], fittest)
+    fittest = before.search.genomes[int(fitness.argmax())]
+    np.testing.assert_array_equal(after.search.genomes[0], fittest)
     team = MADYS.team(after)
     genes = np.concatenate(
         [np.asarray(leaf).reshape(AGENTS, -1) for leaf in jax.tree.leaves(team.selectors)], 1
@@ -255,7 +312,7 @@ def test_team_reward_never_reaches_the_learners(before, after) -> None:
     assert identical(other.skills.learners, after.skills.learners)
     assert identical(other.skills.plateau, after.skills.plateau)
     # It does reach evolution.
-    assert not identical(other.search.evolver.genomes, after.search.evolver.genomes)
+    assert not identical(other.search.genomes, after.search.genomes)
 
 
 # Skills
@@ -298,7 +355,7 @@ def test_once_all_skills_have_stopped_none_changes(after) -> None:
     state = with_plateau(after, stopped_at=jnp.full(SKILLS, 1, jnp.int32))
     stopped, _ = generation(state)
     assert identical(stopped.skills.learners, state.skills.learners)
-    assert not identical(stopped.search.evolver.genomes, state.search.evolver.genomes)
+    assert not identical(stopped.search.genomes, state.search.genomes)
 
 
 def test_a_skill_stops_at_the_generation_that_its_metric_names(after) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from skillcrew.analysis.curves import Curve, learning_curves
+from skillcrew.analysis.curves import CURVE_COLOURS, Curve, learning_curves, panels_of_curves
 from skillcrew.analysis.statistics import Band, mean_band
 from skillcrew.errors import UserError
 
@@ -18,8 +18,8 @@ def made_up_curve(label="MADyS", n_seeds=3, **extra):
     return Curve(label, mean_band(steps, values), list(zip(steps, values, strict=True)), **extra)
 
 
-def lines(figure, gid):
-    return [line for line in figure.axes[0].lines if line.get_gid() == gid]
+def lines(figure, gid, panel=0):
+    return [line for line in figure.axes[panel].lines if line.get_gid() == gid]
 
 
 def test_learning_curves_draw_what_was_recorded():
@@ -83,3 +83,75 @@ def test_a_single_measurement_is_visible():
 def test_nothing_to_draw_is_the_users_to_mend():
     with pytest.raises(UserError, match="no learning curves"):
         learning_curves([], "")
+
+
+def three_panels(**extra):
+    """Two methods in three environments, all with other numbers."""
+    return {
+        f"rover-{index}": [made_up_curve("MADyS", index + 2), made_up_curve("MFL", index + 5, **extra)]
+        for index in range(3)
+    }
+
+
+def test_panels_draw_each_environment_in_its_own():
+    panels = three_panels()
+    figure = panels_of_curves(panels, "Figure 4.2, again")
+    assert figure.get_suptitle() == "Figure 4.2, again"
+    assert [axes.get_title() for axes in figure.axes] == list(panels)
+    for panel, curves in enumerate(panels.values()):
+        axes = figure.axes[panel]
+        assert {line.get_gid() for line in axes.lines} == {"mean"}, "single seeds would hide the means"
+        bands = [area for area in axes.collections if area.get_gid() == "band"]
+        drawn = zip(curves, lines(figure, "mean", panel), bands, CURVE_COLOURS, strict=False)
+        for curve, mean, band, colour in drawn:
+            np.testing.assert_array_equal(
+                mean.get_xydata(), np.stack([curve.band.steps, curve.band.mean], axis=1)
+            )
+            (outline,) = band.get_paths()
+            corners = set(map(tuple, outline.vertices))
+            assert corners >= set(zip(curve.band.steps, curve.band.low, strict=True))
+            assert corners >= set(zip(curve.band.steps, curve.band.high, strict=True))
+            assert mean.get_color() == colour
+            assert to_rgb(band.get_facecolor()[0][:3]) == to_rgb(colour)
+        assert len(lines(figure, "mean", panel)) == len(bands) == 2
+        last = max(curve.band.steps[-1] for curve in curves)
+        assert last <= axes.get_xlim()[1] <= 1.05 * last
+
+
+def test_panels_share_their_y_axis_and_name_it_once():
+    figure = panels_of_curves(three_panels(), "")
+    first, *others = figure.axes
+    assert len(others) == 2
+    assert all(first.get_shared_y_axes().joined(first, axes) for axes in others)
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "Champion's success rate on fresh episodes",
+        "",
+        "",
+    ]
+    assert {axes.get_xlabel() for axes in figure.axes} == {"Environment steps"}
+
+
+def test_panels_have_one_legend_with_each_label_once():
+    (legend,) = panels_of_curves(three_panels(), "").legends
+    assert [text.get_text() for text in legend.get_texts()] == ["MADyS", "MFL"]
+
+
+def test_panels_say_once_what_the_dotted_lines_are():
+    panels = three_panels(pretrained_at=2e5)
+    figure = panels_of_curves(panels, "")
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "MADyS",
+        "MFL",
+        "end of pre-training (MFL)",
+    ]
+    assert legend.legend_handles[-1].get_linestyle() == ":"
+    for panel in range(3):
+        (dotted,) = lines(figure, "pre-training", panel)
+        assert list(dotted.get_xdata()) == [2e5, 2e5] and dotted.get_linestyle() == ":"
+
+
+def test_a_single_panel_of_single_seeds():
+    figure = panels_of_curves({"rover-t2-c1": [one_point(1e5)]}, "")
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["EA"]
+    assert not [area for area in figure.axes[0].collections if area.get_gid() == "band"]

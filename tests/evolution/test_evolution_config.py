@@ -6,10 +6,11 @@ import pytest
 
 from oracles.refusals import refusal, unhooked
 from skillcrew.errors import UserError
-from skillcrew.evolution import genetic, mutation
+from skillcrew.evolution import genetic, mutation, strategy
 
 EvolutionConfig = unhooked(genetic).EvolutionConfig
 MutationConfig = unhooked(mutation).MutationConfig
+StrategyConfig = unhooked(strategy).StrategyConfig
 
 
 @pytest.mark.parametrize(
@@ -33,6 +34,12 @@ MutationConfig = unhooked(mutation).MutationConfig
         (MutationConfig, "large_strength", -3.0),
         (MutationConfig, "reset_deviation", -2.0),
         (MutationConfig, "gaussian_deviation", -7.0),
+        (StrategyConfig, "deviation", 0.0),
+        (StrategyConfig, "learning_rate", -0.5),
+        (StrategyConfig, "learning_rate", float("nan")),
+        (StrategyConfig, "fitness_memory", 0.75),
+        (StrategyConfig, "patience", -1),
+        (StrategyConfig, "tolerance", -0.1),
     ],
 )
 def test_refuses_a_value_and_names_field_and_value(config: Any, field: str, value: Any) -> None:
@@ -57,3 +64,12 @@ def test_population_must_leave_room_for_two_children() -> None:
     config.check_population(6)
     with pytest.raises(UserError, match=r"population = 5: .*elites \+ 2 = 6"):
         config.check_population(5)
+
+
+def test_a_strategy_needs_mirrored_pairs() -> None:
+    config = strategy.StrategyConfig()
+    config.check_population(2)
+    config.check_population(24)
+    for population in (0, 1, 7):
+        with pytest.raises(UserError, match=rf"population = {population}: .*mirrored pairs; give an even"):
+            config.check_population(population)

@@ -33,6 +33,10 @@ def of(values: np.ndarray, individuals: np.ndarray) -> np.ndarray:
     return np.take_along_axis(values, individuals, axis=1)
 
 
+def draw(key, population: int):
+    return jax.random.normal(key, (population, GENES))
+
+
 def evolve(config: EvolutionConfig) -> dict[str, Any]:
     """Many generations side by side, each of a population with a past and a fitness of its own."""
     rng = np.random.default_rng(0)
@@ -64,7 +68,7 @@ def evolve(config: EvolutionConfig) -> dict[str, Any]:
         "parents": np.asarray(after.genomes).astype(int) - 1,
         "mean": np.asarray(after.lineage.mean),
         "evaluations": np.asarray(after.lineage.evaluations),
-        "champion": np.asarray(jax.vmap(GeneticAlgorithm(config).champion)(after)),
+        "champion": np.asarray(jax.vmap(GeneticAlgorithm(config, draw).champion)(after)),
         "expected_mean": mean,
         "expected_evaluations": counted + 1,
         "standing": standing(config.lineage_prior),
@@ -190,3 +194,54 @@ def test_all_or_none_of_the_children_may_be_crossed(crossover_share: float) -> N
     assert after.genomes.shape == genomes.shape
     mixed = np.asarray(after.genomes != after.genomes[:, :1]).any(1)[ELITES:]
     assert crossover_share == 1 or not mixed.any()
+
+
+# The same through the interface that algorithms use
+
+
+GENETIC = GeneticAlgorithm(dataclasses.replace(CONFIG, lineage_memory=20.0), draw)
+KNOWN = np.array([0.5, 0.9, 0.1, 0.6, 0.3, 0.2, 0.7], np.float32)
+EVALUATIONS = np.array([4.0, 1.0, 9.0, 2.0, 5.0, 3.0, 0.0], np.float32)
+FITNESS = np.array([0.1, 0.0, 0.5, 0.7, 0.2, 0.1, 1.0], np.float32)
+WEIGHTS = np.array([1.0, 5.0, 1.0, 5.0, 1.0, 1.0, 5.0], np.float32)
+
+
+def known_population() -> GeneticState:
+    genomes = jnp.tile(jnp.arange(1.0, 8.0)[:, None], (1, GENES))
+    return GeneticState(genomes, Lineage(jnp.asarray(KNOWN), jnp.asarray(EVALUATIONS)))
+
+
+def test_a_population_begins_as_it_is_drawn_and_unknown() -> None:
+    state = GENETIC.init(jax.random.key(4), 7)
+    np.testing.assert_array_equal(GENETIC.genomes(state), draw(jax.random.key(4), 7))
+    assert state.lineage.evaluations.tolist() == [0.0] * 7
+
+
+def test_heavier_evaluations_count_for_more_and_the_champion_is_first() -> None:
+    next_generation = quick_jit(GENETIC.next_generation)
+    after = next_generation(jax.random.key(5), known_population(), jnp.asarray(FITNESS), jnp.asarray(WEIGHTS))
+    counted = EVALUATIONS + WEIGHTS
+    mean = (KNOWN * EVALUATIONS + FITNESS * WEIGHTS) / counted
+
+    def standing(prior: float) -> np.ndarray:
+        return (mean * counted + mean.mean() * prior) / (counted + prior)
+
+    elites = np.argsort(-standing(CONFIG.lineage_prior))[:ELITES]
+    elites = elites[np.argsort(-standing(CONFIG.champion_prior)[elites])]
+    assert (GENETIC.genomes(after)[:ELITES, 0] - 1).tolist() == elites.tolist()
+    np.testing.assert_allclose(after.lineage.mean[:ELITES], mean[elites], rtol=1e-5)
+    np.testing.assert_allclose(after.lineage.evaluations[:ELITES], counted[elites])
+    np.testing.assert_array_equal(GENETIC.champion(after), np.full(GENES, elites[0] + 1.0))
+    assert float(GENETIC.champion_fitness(after)) == pytest.approx(mean[elites[0]])
+    # The weights matter: with equal ones the elites would be others.
+    alike = next_generation(jax.random.key(5), known_population(), jnp.asarray(FITNESS), jnp.ones(7))
+    assert (GENETIC.genomes(alike)[:ELITES, 0] - 1).tolist() != elites.tolist()
+
+
+def test_standing_takes_in_the_present_evaluation() -> None:
+    mean = (KNOWN * EVALUATIONS + FITNESS) / (EVALUATIONS + 1)
+    prior = CONFIG.lineage_prior
+    expected = (mean * (EVALUATIONS + 1) + mean.mean() * prior) / (EVALUATIONS + 1 + prior)
+    np.testing.assert_allclose(
+        GENETIC.standing(known_population(), jnp.asarray(FITNESS)), expected, rtol=1e-5
+    )

@@ -55,3 +55,23 @@ def test_unknown_individuals_have_no_evaluations() -> None:
     assert Lineage.create(4).evaluations.tolist() == [0, 0, 0, 0]
     assert Lineage.create(4).mean.shape == (4,)
     assert pytest.approx(0) == float(Lineage.create(4).evaluations.sum())
+
+
+def test_who_lived_more_episodes_has_a_heavier_evaluation() -> None:
+    lineage = Lineage(jnp.array([0.5, 0.5, 0.2]), jnp.array([4.0, 4.0, 0.0]))
+    fitness, weights = jnp.array([0.8, 0.8, 0.6]), jnp.array([1.0, 5.0, 5.0])
+    # (0.5 · 4 + 0.8) / 5, (0.5 · 4 + 0.8 · 5) / 9, and the evaluation alone.
+    assert_lineage(lineage.add(fitness, 40.0, weights), [0.56, 6 / 9, 0.6], [5, 9, 5])
+    # As many evaluations at once as one by one.
+    one_by_one = lineage
+    for _ in range(5):
+        one_by_one = one_by_one.add(fitness, 40.0)
+    assert float(one_by_one.mean[1]) == pytest.approx(6 / 9)
+
+
+def test_a_heavy_evaluation_leaves_what_memory_has_room_for() -> None:
+    lineage = Lineage(jnp.array([0.5]), jnp.array([4.0]))
+    fitness, weight = jnp.array([0.8]), jnp.array([5.0])
+    # One of the four is remembered: (0.5 + 0.8 · 5) / 6. Where not even the new one fits, it is all.
+    assert_lineage(lineage.add(fitness, 6.0, weight), [0.75], [6])
+    assert_lineage(lineage.add(fitness, 3.0, weight), [0.8], [5])

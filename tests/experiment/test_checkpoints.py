@@ -122,13 +122,16 @@ def test_damage_leaves_the_configuration_as_it_was_even_if_the_budget_was_to_cha
     assert contents(copied) == before
 
 
-def test_a_checkpoint_of_a_newer_format_is_refused(copied):
+@pytest.mark.parametrize(
+    ("change", "said"), [(1, r"newer skillcrew.*upgrade"), (-1, r"older skillcrew.*anew")]
+)
+def test_a_checkpoint_of_another_format_is_refused(change, said, copied):
     about = latest(copied) / "about" / "metadata"
     text = json.loads(about.read_text())
     assert text["format"] == FORMAT
-    about.write_text(json.dumps({**text, "format": FORMAT + 1}))
+    about.write_text(json.dumps({**text, "format": FORMAT + change}))
     before = contents(copied)
-    with pytest.raises(sc.UserError, match=r"newer skillcrew.*upgrade"):
+    with pytest.raises(sc.UserError, match=said):
         sc.Run(copied).resume()
     assert contents(copied) == before
 

@@ -6,7 +6,8 @@ import pytest
 import yaml
 
 import skillcrew as sc
-from skillcrew.algorithms.team_search import CurriculumConfig, RaceConfig
+from skillcrew.algorithms.registry import algorithm_class
+from skillcrew.algorithms.team_search import RaceConfig
 from skillcrew.envs.presets import PRESETS
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.config import RunConfig, from_yaml, to_yaml
@@ -65,6 +66,7 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
                 "task_ends_skills": True,
                 "recorded_episodes": 5,
                 "evolver": "strategy",
+                "episodes_shared_by": "pair",
                 "buffer_capacity": 31_337,
                 "skills": ("go_to_agent", "go_to_poi_D"),
             },
@@ -74,7 +76,6 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
             plateau=altered(sc.PlateauConfig()),
             strategy=altered(StrategyConfig()),
             race=altered(RaceConfig(), finalists=0),
-            curriculum=altered(CurriculumConfig()),
         ),
     )
     run = RunConfig((7, 5, 2004), 1234, 9, 3, 0.5, 4, False)
@@ -90,6 +91,54 @@ def altered(config, **more):
     plain = {f.name: getattr(config, f.name) for f in dataclasses.fields(config)}
     changes = {name: changed(v) for name, v in plain.items() if isinstance(v, bool | int | float)}
     return dataclasses.replace(config, **{**changes, **more})
+
+
+SEARCH = {
+    "population": 26,
+    "episodes": 7,
+    "race": RaceConfig(9, 11),
+}
+REMEMBERING = PolicyConfig((5, 9), "none", 4, "team")
+
+
+@pytest.mark.parametrize(
+    ("name", "fields"),
+    [
+        (
+            "madys",
+            {
+                "evolver": "strategy",
+                "episodes_shared_by": "pair",
+                "strategy": StrategyConfig(deviation=0.25, learning_rate=0.5, fitness_memory=3.0),
+            },
+        ),
+        ("madys", {**SEARCH, "selector": REMEMBERING, "recorded_episodes": 2}),
+        ("mfl", {}),
+        ("mfl", {**SEARCH, "selector": REMEMBERING, "pretraining_steps": 999, "exploration_change": 0.375}),
+        ("ea", {}),
+        ("ea", {**SEARCH, "actor": REMEMBERING}),
+        (
+            "ea",
+            {
+                "evolver": "strategy",
+                "episodes_shared_by": "pair",
+                "population": 6,
+                "strategy": StrategyConfig(deviation=2.5, learning_rate=0.125),
+            },
+        ),
+    ],
+)
+def test_every_algorithm_comes_back_as_it_was(name, fields, tmp_path):
+    kind = algorithm_class(name)
+    algorithm = kind(sc.make("rover-t2-c3"), **fields)
+    path = tmp_path / "c.yaml"
+    there_and_back(algorithm, RunConfig(), path)
+    again, _ = from_yaml(path)
+    assert type(again) is kind
+    for field, value in fields.items():
+        assert getattr(again.config, field) == value
+    for field in dataclasses.fields(algorithm.config):
+        assert type(getattr(again.config, field.name)) is type(getattr(algorithm.config, field.name))
 
 
 def test_the_file_is_plain_yaml(file):

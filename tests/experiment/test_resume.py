@@ -18,10 +18,13 @@ from experiment.tiny import (
     InterruptAfter,
     assert_same_arrays,
     assert_same_ending,
+    compile_once,
     contents,
     last_arrays,
     start_command,
+    tiny_ea,
     tiny_madys,
+    tiny_mfl,
 )
 from skillcrew.experiment.metrics import read_metrics
 
@@ -48,6 +51,24 @@ def test_stopped_through_ctrl_c_and_then_by_an_error(finished, tmp_path):
     expected = sc.Run(finished).champion(SEEDS[1])
     for ours, theirs in zip(jax.tree.leaves(team), jax.tree.leaves(expected), strict=True):
         np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("make", [tiny_ea, tiny_mfl])
+def test_other_algorithms_resume_to_the_same_bits(make, tmp_path):
+    compile_once()
+    algorithm, options = make(), {**OPTIONS, "generations_per_report": 3}
+    sc.train(algorithm, SEEDS, 700.0, tmp_path / "whole", **options)
+    with pytest.raises(sc.Interrupted):
+        reporter = InterruptAfter(1, send_interrupt)
+        sc.train(make(), SEEDS, 700.0, tmp_path / "run", reporter, **options)
+    # What its configuration file says is the same algorithm.
+    again = sc.Run(tmp_path / "run")
+    assert (type(again.algorithm), again.algorithm.config) == (type(algorithm), algorithm.config)
+    metrics = again.resume().metrics()
+    assert metrics["generation"].max() > 3
+    if "pretraining" in metrics:
+        assert len(np.unique(metrics["pretraining"])) > 1
+    assert_same_ending(tmp_path / "run", tmp_path / "whole")
 
 
 def test_killed_processes_resume_to_the_same_bits(finished, tmp_path):

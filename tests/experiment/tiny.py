@@ -17,6 +17,9 @@ import numpy as np
 from jax.experimental.compilation_cache import compilation_cache
 
 import skillcrew as sc
+from skillcrew.algorithms.ea import EA
+from skillcrew.algorithms.mfl import MFL
+from skillcrew.algorithms.team_search import RaceConfig
 from skillcrew.envs.environment import Environment, TimeStep
 from skillcrew.experiment.checkpoints import Checkpoints
 from skillcrew.experiment.generation import shapes
@@ -64,6 +67,32 @@ def tiny_madys(**overrides) -> sc.MADyS:
         "learner": sc.TD3Config(batch_size=8, network=sc.NetworkConfig(hidden=(8,))),
     }
     return sc.MADyS(env, **{**fields, **overrides})
+
+
+def tiny_ea(**overrides) -> EA:
+    """Actors with memory, in the same small world, the best of which race."""
+    fields = {
+        "population": 7,
+        "episodes": 2,
+        "actor": PolicyConfig(hidden=(8,), memory=3),
+        "race": RaceConfig(finalists=3, episodes=2),
+    }
+    return EA(sc.make("rover-t2-c2", episode_length=6, activation_distance=9.0), **{**fields, **overrides})
+
+
+def tiny_mfl(**overrides) -> MFL:
+    """One selector with memory for both rovers, moved by a strategy once skills are trained for a while."""
+    like = tiny_madys()
+    same = ("episodes", "probe_episodes", "updates", "buffer_capacity", "skills", "learner")
+    fields = {
+        **{field: getattr(like.config, field) for field in same},
+        "population": 8,
+        "selector": PolicyConfig(hidden=(8,), memory=3, sharing="team"),
+        "evolver": "strategy",
+        "recorded_episodes": 1,
+        "pretraining_steps": 250,
+    }
+    return MFL(like.env, **{**fields, **overrides})
 
 
 @functools.cache

@@ -137,8 +137,6 @@ def random_states(world: rover.World, rng: np.random.Generator, worlds: int = WO
         poi_position=jax.numpy.asarray(pois, "float32"),
         observed=jax.numpy.asarray(observed),
         time=jax.numpy.asarray(time, "int32"),
-        # The last lesson, which is the task itself, as a reset draws it.
-        lesson=jax.numpy.full(worlds, world.coupling, "int32"),
     )
 
 

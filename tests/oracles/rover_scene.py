@@ -39,7 +39,6 @@ class Scene:
             poi_position=jnp.asarray(pois, jnp.float32).reshape(n_pois, 2),
             observed=jnp.zeros(n_pois, bool) if observed is None else jnp.asarray(observed, bool),
             time=jnp.asarray(time, jnp.int32),
-            lesson=jnp.asarray(len(self.env.lessons) - 1, jnp.int32),
         )
 
     def step(self, state: RoverState, *actions: tuple[float, float]) -> tuple[RoverState, TimeStep]:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Int, Key
 
 from skillcrew.algorithms.algorithm import override
-from skillcrew.algorithms.team_search import SearchConfig, SearchState, TeamSearch
+from skillcrew.algorithms.team_search import SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.population import GenomeCodec
@@ -29,7 +29,8 @@ class EAState(eqx.Module):
     """All that goes from one generation to the next."""
 
     key: Key[Array, ""]
-    search: SearchState
+    search: Any
+    """The evolver's: the population, and what is known of it."""
     generation: Int[Array, ""]
     environment_steps: Int[Array, ""]
 
@@ -65,7 +66,7 @@ class EA:
     def step(self, state: EAState) -> tuple[EAState, dict[str, Array]]:
         """One generation."""
         key, key_start, key_rollout, key_evolution = jax.random.split(state.key, 4)
-        start = self._search.start(key_start, state.search)
+        start = self._search.start(key_start)
         teams = self._search.lineup(state.search, start, self._make_team)
         episodes, _ = rollout(self.env, teams, key_rollout, recorded=slice(0))
         search, measured = self._search.evolve(key_evolution, state.search, episodes, self._make_team)

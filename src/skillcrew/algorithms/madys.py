@@ -44,7 +44,7 @@ class MADyS(SkillTeams):
 
         # Lines 6 to 9 (and Algorithm 2): every team lives the same fresh episodes, and in the worlds after
         # theirs each skill on its own.
-        start = self._search.start(key_start, state.search)
+        start = self._search.start(key_start)
         teams = self._search.lineup(state.search, start, make_team)
         probes = self._skills.probes(state.skills, start)
         noise = self._skills.noise(~state.skills.plateau.stopped.all())

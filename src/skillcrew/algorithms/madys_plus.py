@@ -15,6 +15,7 @@ class MADySPlusConfig(MADySConfig):
     """Teams."""
     episodes: int = 10
     """Evaluation episodes per team and generation; all teams meet the same ones."""
+    episodes_shared_by: Literal["population", "pair"] = "pair"
     evolver: Literal["genetic", "strategy"] = "strategy"
     selector: PolicyConfig = dataclasses.field(
         default_factory=lambda: PolicyConfig(memory=16, sharing="team")

@@ -59,7 +59,7 @@ class MFL(SkillTeams):
             team = SkillTeam(selectors, skills, self.env.n_agents)
             return WanderingTeam(team, pretraining, self.config.exploration_change)
 
-        start = self._search.start(key_start, state.search)
+        start = self._search.start(key_start)
         teams = self._search.lineup(state.search, start, make_team)
         probes = self._skills.probes(state.skills, start)
         noise = self._skills.noise(pretraining)

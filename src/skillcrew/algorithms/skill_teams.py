@@ -11,7 +11,7 @@ from jaxtyping import Array, Int, Key
 
 from skillcrew.algorithms.algorithm import override
 from skillcrew.algorithms.skill_learning import SkillConfig, SkillLearning, SkillState
-from skillcrew.algorithms.team_search import SearchConfig, SearchState, TeamSearch
+from skillcrew.algorithms.team_search import SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.population import GenomeCodec
@@ -37,7 +37,8 @@ class SkillTeamsState(eqx.Module):
     """All that goes from one generation to the next."""
 
     key: Key[Array, ""]
-    search: SearchState
+    search: Any
+    """The evolver's: the population, and what is known of it."""
     skills: SkillState
     generation: Int[Array, ""]
     environment_steps: Int[Array, ""]

@@ -1,17 +1,14 @@
 """Training of K skills from one buffer (lines 16 to 22 of Algorithm 1)."""
 
 import dataclasses
-from collections.abc import Callable
-from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key, PyTree
 
+from skillcrew.conditional import run_unless
 from skillcrew.learners.td3 import TD3, Batch, TD3State
 from skillcrew.replay import ReplayBuffer
-
-Operand = TypeVar("Operand", bound=PyTree)
 
 
 def train_skills(
@@ -52,19 +49,6 @@ def train_skills(
 
     nothing = {name: jnp.full(n_skills, jnp.nan) for name in ("critic_loss", "actor_loss")}
     return run_unless(stopped.all(), lambda carry: train(carry[0]), (learners, nothing))
-
-
-def run_unless(skip: Bool[Array, ""], function: Callable[[Operand], Operand], operand: Operand) -> Operand:
-    """`function(operand)`, or the operand itself where `skip`.
-
-    `jax.lax.cond` becomes a select under `vmap` and would pay for the work of every lane; a loop
-    that runs at most once is skipped as soon as all lanes skip.
-    """
-    done, result = jax.lax.while_loop(
-        lambda carry: ~carry[0], lambda carry: (jnp.ones_like(carry[0]), function(carry[1])), (skip, operand)
-    )
-    del done
-    return result
 
 
 def _sample(

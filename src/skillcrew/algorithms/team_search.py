@@ -4,12 +4,11 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any, Literal
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int, Key, PyTree
+from jaxtyping import Array, Float, Int, Key, PyTree
 
-from skillcrew.envs.environment import Environment, Lessons
+from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.evolver import Evolver
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm
@@ -37,25 +36,6 @@ class RaceConfig:
 
 
 @dataclasses.dataclass(frozen=True)
-class CurriculumConfig:
-    """Whether teams begin with easier versions of the task, if the environment has any."""
-
-    enabled: bool = False
-    """True goes through the environment's lessons, the task itself last. Champions are always scored on
-    the task itself."""
-    success: float = 0.5
-    """Share of the population's episodes with the lesson's task done at which the next lesson begins."""
-    smoothing: float = 0.8
-    """That share is measured on few episodes; this is the weight of its past in the running average."""
-
-    def __post_init__(self) -> None:
-        if not 0 < self.success <= 1:
-            raise UserError(f"curriculum.success = {self.success}: give a share above 0 and up to 1")
-        if not 0 <= self.smoothing < 1:
-            raise UserError(f"curriculum.smoothing = {self.smoothing}: give a number from 0 to below 1")
-
-
-@dataclasses.dataclass(frozen=True)
 class SearchConfig:
     """How teams are evaluated, and how they evolve."""
 
@@ -70,6 +50,9 @@ class SearchConfig:
     of two teams that both succeed the quicker one ranks higher. Success itself is scored without it. On
     two sets of trained skills of rover-t2-c1, 1 M steps brought champions to 0.916 and 0.908 with 1, to
     0.957 and 0.928 with 0.98 (means over 15 to 20 runs)."""
+    episodes_shared_by: Literal["population", "pair"] = "population"
+    """Who meets the same episodes: "population" for all teams, "pair" for each mirrored pair of an
+    evolution strategy its own, so that a generation sees many more worlds."""
     evolver: Literal["genetic", "strategy"] = "genetic"
     """What the next generation is made by: "genetic" (Algorithm 1) breeds the best, "strategy" moves the
     mean of a cloud of teams up their fitness."""
@@ -79,8 +62,6 @@ class SearchConfig:
     """How the evolution strategy moves."""
     race: RaceConfig = dataclasses.field(default_factory=RaceConfig)
     """Whether the best few are scored again before they are ranked."""
-    curriculum: CurriculumConfig = dataclasses.field(default_factory=CurriculumConfig)
-    """Whether the task begins easier than it is."""
 
     def __post_init__(self) -> None:
         for field in ("population", "episodes"):
@@ -93,6 +74,13 @@ class SearchConfig:
         if self.evolver not in ("genetic", "strategy"):
             raise unknown_name("evolver", str(self.evolver), ("genetic", "strategy"))
         (self.evolution if self.evolver == "genetic" else self.strategy).check_population(self.population)
+        if self.episodes_shared_by not in ("population", "pair"):
+            raise unknown_name("episodes_shared_by", str(self.episodes_shared_by), ("population", "pair"))
+        if self.episodes_shared_by == "pair" and self.evolver != "strategy":
+            raise UserError(
+                f"episodes_shared_by = pair: evolver = {self.evolver} has no pairs, only strategy has; set "
+                "episodes_shared_by to population"
+            )
         if self.race.finalists and self.evolver == "strategy":
             raise UserError(
                 f"race.finalists = {self.race.finalists}: an evolution strategy weighs every team alike, so "
@@ -104,26 +92,13 @@ class SearchConfig:
             )
 
 
-class SearchState(eqx.Module):
-    """The population, what is known of it, and how far the curriculum has come."""
-
-    evolver: Any
-    lesson: Int[Array, ""]
-    """Index into the environment's lessons; 0 without a curriculum."""
-    success: Float[Array, ""]
-    """Running average of the share of the lesson's episodes that were completed."""
-
-
 class TeamSearch:
     """A population of teams that lives the same fresh episodes each generation, and evolves.
 
     Args:
-        env: with lessons, if the configuration asks for a curriculum.
+        env: where they live.
         codec: draws a team's networks, and turns genomes into them.
         config: see there.
-
-    Raises:
-        UserError: a curriculum is asked for and the environment has no lessons.
     """
 
     def __init__(self, env: Environment, codec: GenomeCodec, config: SearchConfig):
@@ -131,44 +106,45 @@ class TeamSearch:
         self._env = env
         self._codec = codec
         self._evolver: Evolver = (
-            GeneticAlgorithm(config.evolution)
+            GeneticAlgorithm(config.evolution, codec.create)
             if config.evolver == "genetic"
-            else EvolutionStrategy(config.strategy)
+            else EvolutionStrategy(config.strategy, codec.create)
         )
-        self._lessons: Lessons | None = _lessons(env) if config.curriculum.enabled else None
 
     @property
     def worlds(self) -> int:
         """Worlds that the population lives in."""
         return self.config.population * self.config.episodes
 
-    def init(self, key: Key[Array, ""]) -> SearchState:
-        """A random population, at the first lesson."""
-        evolver = self._evolver.init(key, self._codec.create, self.config.population)
-        return SearchState(evolver, jnp.zeros((), jnp.int32), jnp.zeros(()))
+    def init(self, key: Key[Array, ""]) -> Any:
+        """The evolver's state, with a random population."""
+        return self._evolver.init(key, self.config.population)
 
-    def start(self, key: Key[Array, ""], state: SearchState, episodes: int | None = None) -> Start:
-        """Fresh episodes, by default as many as each team lives, of the present lesson."""
-        start = Start.draw(self._env, key, episodes or self.config.episodes)
-        if self._lessons is None:
-            return start
-        return dataclasses.replace(start, state=self._lessons.at_lesson(start.state, state.lesson))
+    def start(self, key: Key[Array, ""]) -> Start:
+        """Fresh worlds: as many as a team lives in, or as all pairs of teams do."""
+        pairs = self.config.population // 2 if self.config.episodes_shared_by == "pair" else 1
+        return Start.draw(self._env, key, pairs * self.config.episodes)
 
-    def lineup(self, state: SearchState, start: Start, make_team: Callable[[PyTree], Team]) -> Lineup:
-        """Every team of the population in each of the worlds, team by team."""
-        return self._lineup(self._evolver.genomes(state.evolver), start, make_team)
+    def lineup(self, state: Any, start: Start, make_team: Callable[[PyTree], Team]) -> Lineup:
+        """Every team of the population in its worlds, team by team."""
+        genomes = self._evolver.genomes(state)
+        lineup = self._lineup(genomes, start.first(self.config.episodes), make_team)
+        if self.config.episodes_shared_by == "population":
+            return lineup
+        # One of each pair, then their mirror images: both halves meet the pairs' worlds in order.
+        return dataclasses.replace(lineup, start=start.repeat(2))
 
-    def champion(self, state: SearchState) -> PyTree:
+    def champion(self, state: Any) -> PyTree:
         """The networks of the team to report."""
-        return self._codec.decode(self._evolver.champion(state.evolver))
+        return self._codec.decode(self._evolver.champion(state))
 
     def evolve(
         self,
         key: Key[Array, ""],
-        state: SearchState,
+        state: Any,
         episodes: Episodes,
         make_team: Callable[[PyTree], Team],
-    ) -> tuple[SearchState, dict[str, Array]]:
+    ) -> tuple[Any, dict[str, Array]]:
         """Ranks the teams by the episodes of their lineup, after a race if there is one, and breeds.
 
         Returns:
@@ -181,13 +157,8 @@ class TeamSearch:
         if self.config.race.finalists:
             key, key_race = jax.random.split(key)
             fitness, evaluations, metrics["race_steps"] = self._race(key_race, state, fitness, make_team)
-        evolver = self._evolver.next_generation(key, state.evolver, fitness, evaluations)
-        metrics["champion_fitness"] = self._evolver.champion_fitness(evolver)
-        state = SearchState(evolver, state.lesson, state.success)
-        if self._lessons is not None:
-            state = self._next_lesson(state, episodes.completed(), len(self._lessons.lessons))
-            metrics["lesson"] = state.lesson
-        return state, metrics
+        state = self._evolver.next_generation(key, state, fitness, evaluations)
+        return state, {**metrics, "champion_fitness": self._evolver.champion_fitness(state)}
 
     def _lineup(
         self, genomes: Float[Array, "teams genes"], start: Start, make_team: Callable[[PyTree], Team]
@@ -198,43 +169,19 @@ class TeamSearch:
     def _race(
         self,
         key: Key[Array, ""],
-        state: SearchState,
+        state: Any,
         fitness: Float[Array, " population"],
         make_team: Callable[[PyTree], Team],
     ) -> tuple[Float[Array, " population"], Float[Array, " population"], Int[Array, ""]]:
         """Fitness with the finalists' further episodes, the evaluations it rests on, and the race's steps."""
         race = self.config.race
         key_start, key_rollout = jax.random.split(key)
-        finalists = rank(self._evolver.standing(state.evolver, fitness))[: race.finalists]
-        start = self.start(key_start, state, race.episodes)
-        lineup = self._lineup(self._evolver.genomes(state.evolver)[finalists], start, make_team)
+        finalists = rank(self._evolver.standing(state, fitness))[: race.finalists]
+        start = Start.draw(self._env, key_start, race.episodes)
+        lineup = self._lineup(self._evolver.genomes(state)[finalists], start, make_team)
         episodes, _ = rollout(self._env, lineup, key_rollout)
         more = episodes.team_return(self.config.fitness_discount).reshape(race.finalists, -1).mean(1)
         share = self.config.episodes / (self.config.episodes + race.episodes)
         fitness = fitness.at[finalists].set(share * fitness[finalists] + (1 - share) * more)
         evaluations = jnp.ones_like(fitness).at[finalists].set(1 / share)
         return fitness, evaluations, episodes.steps_lived()
-
-    def _next_lesson(
-        self, state: SearchState, completed: Bool[Array, " worlds"], lessons: int
-    ) -> SearchState:
-        """Goes on to the next lesson once the population does well enough in this one."""
-        config = self.config.curriculum
-        success = config.smoothing * state.success + (1 - config.smoothing) * completed.mean(
-            dtype=jnp.float32
-        )
-        passed = (success >= config.success) & (state.lesson < lessons - 1)
-        return SearchState(
-            self._evolver.forget(state.evolver, passed),
-            state.lesson + passed.astype(jnp.int32),
-            jnp.where(passed, 0.0, success),
-        )
-
-
-def _lessons(env: Environment) -> Lessons:
-    if not isinstance(env, Lessons):
-        raise UserError(
-            f"curriculum.enabled = True: {env.name} has no lessons to begin with; switch it off, or give "
-            "the environment `lessons` and `at_lesson`"
-        )
-    return env

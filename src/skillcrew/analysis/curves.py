@@ -31,7 +31,7 @@ class Curve:
     """The mean over seeds, in [0, 1], with its interval."""
     per_seed: Sequence[tuple[Real[np.ndarray, " _"], Real[np.ndarray, " _"]]]
     """For each seed its environment steps and values; rows with NaN are skipped."""
-    pretrained_at: float | None = None
+    pretrained_at: float | int | None = None
     """Environment steps after which pre-training ended (MFL); marked by a dotted line."""
 
 

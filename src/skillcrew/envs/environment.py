@@ -1,11 +1,11 @@
 """What every environment offers: pure `reset` and `step`, one world or many at once."""
 
 import abc
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import equinox as eqx
 import jax
-from jaxtyping import Array, Bool, Float, Int, Key, PyTree
+from jaxtyping import Array, Bool, Float, Key, PyTree
 
 
 class TimeStep(eqx.Module):
@@ -24,18 +24,6 @@ class TimeStep(eqx.Module):
     """The task is done; nothing follows, so nothing is bootstrapped."""
     truncated: Bool[Array, "*worlds"]
     """The time limit cut the episode off before the task was done."""
-
-
-@runtime_checkable
-class Lessons(Protocol):
-    """What an environment offers beside `Environment` if its task can be made easier, for a curriculum."""
-
-    lessons: tuple[str, ...]
-    """Names of its versions, from the easiest to the task itself, which `reset` alone draws."""
-
-    def at_lesson(self, state: PyTree, lesson: Int[Array, ""]) -> PyTree:
-        """The same freshly reset world or worlds, with the rules of that lesson."""
-        ...
 
 
 class Environment(abc.ABC):

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from jaxtyping import Array, Bool, Float, Key
+from jaxtyping import Array, Float, Key
 
 Genome = Float[Array, " genes"]
 Genomes = Float[Array, "population genes"]
@@ -14,8 +14,8 @@ Draw = Callable[[Key[Array, ""], int], Genomes]
 class Evolver(Protocol):
     """Ask and tell: `genomes(state)` are to be evaluated, `next_generation` is told their fitness."""
 
-    def init(self, key: Key[Array, ""], draw: Draw, population: int) -> Any:
-        """The state before the first generation."""
+    def init(self, key: Key[Array, ""], population: int) -> Any:
+        """The state before the first generation, with random genomes."""
         ...
 
     def genomes(self, state: Any) -> Genomes:
@@ -39,10 +39,6 @@ class Evolver(Protocol):
 
     def standing(self, state: Any, fitness: Float[Array, " population"]) -> Float[Array, " population"]:
         """How good each individual is thought to be, the fitness of this evaluation included."""
-        ...
-
-    def forget(self, state: Any, when: Bool[Array, ""]) -> Any:
-        """Drops what is known of fitness: the task is another one from now on."""
         ...
 
     def champion(self, state: Any) -> Genome:

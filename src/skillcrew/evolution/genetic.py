@@ -6,7 +6,7 @@ from typing import Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Key
+from jaxtyping import Array, Float, Key
 
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.crossover import single_point
@@ -84,11 +84,12 @@ class GeneticState(eqx.Module):
 class GeneticAlgorithm:
     """The `Evolver` of Algorithm 1."""
 
-    def __init__(self, config: EvolutionConfig):
+    def __init__(self, config: EvolutionConfig, draw: Draw):
         self.config = config
+        self._draw = draw
 
-    def init(self, key: Key[Array, ""], draw: Draw, population: int) -> GeneticState:
-        return GeneticState.create(draw(key, population))
+    def init(self, key: Key[Array, ""], population: int) -> GeneticState:
+        return GeneticState.create(self._draw(key, population))
 
     def genomes(self, state: GeneticState) -> Float[Array, "population genes"]:
         return state.genomes
@@ -107,9 +108,6 @@ class GeneticAlgorithm:
     ) -> Float[Array, " population"]:
         lineage = state.lineage.add(fitness, self.config.lineage_memory)
         return lineage.standing(self.config.lineage_prior)
-
-    def forget(self, state: GeneticState, when: Bool[Array, ""]) -> GeneticState:
-        return GeneticState(state.genomes, state.lineage.forget(when))
 
     def champion(self, state: GeneticState) -> Float[Array, " genes"]:
         """The surest elite of the last evaluation; see `EvolutionConfig.champion_prior`."""

@@ -8,7 +8,7 @@ parent's standing, as so many evaluations that it need not live through again.
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 
 class Lineage(eqx.Module):
@@ -39,10 +39,6 @@ class Lineage(eqx.Module):
         known = jnp.clip(self.evaluations, 0.0, jnp.maximum(memory - evaluations, 0.0))
         mean = (self.mean * known + fitness * evaluations) / (known + evaluations)
         return Lineage(mean, known + evaluations)
-
-    def forget(self, when: Bool[Array, ""]) -> "Lineage":
-        """Nothing is known of anybody, where `when`."""
-        return Lineage(self.mean, jnp.where(when, 0.0, self.evaluations))
 
     def standing(self, prior: float) -> Float[Array, " population"]:
         """What each individual is ranked by: its mean, drawn towards the population's.

@@ -11,7 +11,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import optax
-from jaxtyping import Array, Bool, Float, Key
+from jaxtyping import Array, Float, Int, Key
 
 from skillcrew.errors import UserError
 from skillcrew.evolution.evolver import Draw
@@ -25,8 +25,15 @@ class StrategyConfig:
     """Standard deviation σ of individuals around the mean, of every gene."""
     learning_rate: float = 0.03
     """Adam's step size for the mean."""
-    fitness_memory: float = 20.0
-    """Generations that the mean's known fitness remembers."""
+    fitness_memory: float = 10.0
+    """Generations that the running average of the population's fitness remembers."""
+    patience: int = 40
+    """Generations without improvement of that average after which the search begins anew from random
+    teams; 0 for never. The best that was given up stays the champion until the new search surpasses it."""
+    restart_below: float = 0.4
+    """Average fitness from which on the search never begins anew, however slowly it improves."""
+    tolerance: float = 0.01
+    """What counts as improvement."""
 
     def __post_init__(self) -> None:
         for field in ("deviation", "learning_rate"):
@@ -34,6 +41,10 @@ class StrategyConfig:
                 raise UserError(f"strategy.{field} = {getattr(self, field)}: give a positive number")
         if not self.fitness_memory >= 1:
             raise UserError(f"strategy.fitness_memory = {self.fitness_memory}: give at least 1 generation")
+        if self.patience < 0:
+            raise UserError(f"strategy.patience = {self.patience}: give generations, or 0 for no restarts")
+        if not self.tolerance >= 0:
+            raise UserError(f"strategy.tolerance = {self.tolerance}: give a number of at least 0")
 
     def check_population(self, population: int) -> None:
         """Raises `UserError` if a population of this size cannot be mirrored pairs."""
@@ -55,25 +66,43 @@ class StrategyState(eqx.Module):
     """Running average of the population's mean fitness."""
     evaluations: Float[Array, ""]
     """Generations that it stands for."""
+    peak: Float[Array, ""]
+    """Its highest value since the search began (anew)."""
+    waited: Int[Array, ""]
+    """Generations since then."""
+    kept_mean: Float[Array, " genes"]
+    """The best mean that was given up."""
+    kept_fitness: Float[Array, ""]
+    """What was known of its fitness; -1 if none was given up."""
 
 
 class EvolutionStrategy:
     """An `Evolver` whose champion is the mean, which no noise of its own evaluation selects."""
 
-    def __init__(self, config: StrategyConfig):
+    def __init__(self, config: StrategyConfig, draw: Draw):
         self.config = config
+        self._draw = draw
         self._optimiser = optax.adam(config.learning_rate)
 
-    def init(self, key: Key[Array, ""], draw: Draw, population: int) -> StrategyState:
+    def init(self, key: Key[Array, ""], population: int) -> StrategyState:
         key_mean, key_noise = jax.random.split(key)
-        mean = draw(key_mean, 1)[0]
-        noise = jax.random.normal(key_noise, (population // 2, mean.shape[0]))
-        return StrategyState(mean, self._optimiser.init(mean), noise, jnp.zeros(()), jnp.zeros(()))
+        mean = self._draw(key_mean, 1)[0]
+        return StrategyState(
+            mean=mean,
+            optimiser=self._optimiser.init(mean),
+            noise=jax.random.normal(key_noise, (population // 2, mean.shape[0])),
+            fitness=jnp.zeros(()),
+            evaluations=jnp.zeros(()),
+            peak=jnp.zeros(()),
+            waited=jnp.zeros((), jnp.int32),
+            kept_mean=mean,
+            kept_fitness=-jnp.ones(()),
+        )
 
     def genomes(self, state: StrategyState) -> Float[Array, "population genes"]:
         """One of each pair, then all their mirror images."""
         step = self.config.deviation * state.noise
-        return jnp.concatenate([state.mean + step, state.mean - step])
+        return jnp.concatenate([state.mean[None] + step, state.mean[None] - step])
 
     def next_generation(
         self,
@@ -82,21 +111,56 @@ class EvolutionStrategy:
         fitness: Float[Array, " population"],
         evaluations: Float[Array, " population"] | float = 1.0,
     ) -> StrategyState:
-        """Steps up the estimated gradient of the expected rank.
+        """Steps up the estimated gradient of the expected rank, or begins anew.
 
-        Σ over individuals of rank · noise / (population · σ), the mirrored ones with their noise negated.
+        The gradient is Σ over individuals of rank · noise / (population · σ), the mirrored ones with their
+        noise negated.
         """
         del evaluations
+        key_noise, key_anew = jax.random.split(key)
         first, mirrored = jnp.split(centred_ranks(fitness), 2)
         gradient = (first - mirrored) @ state.noise / (fitness.shape[0] * self.config.deviation)
         step, optimiser = self._optimiser.update(-gradient, state.optimiser)
-        known = jnp.minimum(state.evaluations, self.config.fitness_memory - 1)
-        return StrategyState(
+        state = self._observe(state, fitness.mean())
+        stepped = dataclasses.replace(
+            state,
             mean=optax.apply_updates(state.mean, step),
             optimiser=optimiser,
-            noise=jax.random.normal(key, state.noise.shape),
-            fitness=(state.fitness * known + fitness.mean()) / (known + 1),
+            noise=jax.random.normal(key_noise, state.noise.shape),
+        )
+        stalled = (state.waited >= self.config.patience) & (self.config.patience > 0)
+        anew = stalled & (state.fitness < self.config.restart_below)
+        return jax.tree.map(
+            lambda new, old: jnp.where(anew, new, old), self._begin_anew(key_anew, stepped), stepped
+        )
+
+    def _observe(self, state: StrategyState, fitness: Float[Array, ""]) -> StrategyState:
+        """Takes in one generation's mean fitness."""
+        known = jnp.minimum(state.evaluations, self.config.fitness_memory - 1)
+        average = (state.fitness * known + fitness) / (known + 1)
+        improved = average > state.peak + self.config.tolerance
+        return dataclasses.replace(
+            state,
+            fitness=average,
             evaluations=known + 1,
+            peak=jnp.where(improved, average, state.peak),
+            waited=jnp.where(improved, 0, state.waited + 1),
+        )
+
+    def _begin_anew(self, key: Key[Array, ""], state: StrategyState) -> StrategyState:
+        """A new random mean; the given up one is kept if it is the best so far."""
+        mean = self._draw(key, 1)[0]
+        better = state.fitness > state.kept_fitness
+        return StrategyState(
+            mean=mean,
+            optimiser=self._optimiser.init(mean),
+            noise=state.noise,
+            fitness=jnp.zeros(()),
+            evaluations=jnp.zeros(()),
+            peak=jnp.zeros(()),
+            waited=jnp.zeros((), jnp.int32),
+            kept_mean=jnp.where(better, state.mean, state.kept_mean),
+            kept_fitness=jnp.where(better, state.fitness, state.kept_fitness),
         )
 
     def standing(
@@ -105,15 +169,13 @@ class EvolutionStrategy:
         """The fitness itself: nobody lives twice."""
         return fitness
 
-    def forget(self, state: StrategyState, when: Bool[Array, ""]) -> StrategyState:
-        return dataclasses.replace(state, evaluations=jnp.where(when, 0.0, state.evaluations))
-
     def champion(self, state: StrategyState) -> Float[Array, " genes"]:
-        return state.mean
+        """The mean, or one that was given up and is not surpassed yet."""
+        return jnp.where(state.kept_fitness > state.fitness, state.kept_mean, state.mean)
 
     def champion_fitness(self, state: StrategyState) -> Float[Array, ""]:
         """The mean fitness of the populations around it, which the noise makes worse than its own."""
-        return state.fitness
+        return jnp.maximum(state.kept_fitness, state.fitness)
 
 
 def centred_ranks(fitness: Float[Array, " population"]) -> Float[Array, " population"]:

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, Key, PyTree
 
 from skillcrew.policies.actor import Actor
+from skillcrew.policies.dispatch import apply_skills
 from skillcrew.policies.memory import MemoryNetwork, for_each_agent, initial_memories
 from skillcrew.policies.selector import Selector
 
@@ -89,8 +90,8 @@ class FixedChoiceTeam(eqx.Module):
         self, observation: Float[Array, "agents obs"], memory: PyTree, key: Key[Array, ""]
     ) -> tuple[Float[Array, "agents act"], PyTree, Int[Array, " agents"]]:
         del key
-        choice = jnp.full(self.n_agents, self.skill, jnp.int32)
-        return apply_skills(self.skills, observation, choice), memory, choice
+        used = jax.tree.map(lambda leaf: leaf[self.skill], self.skills)
+        return jax.vmap(used)(observation), memory, jnp.full(self.n_agents, self.skill, jnp.int32)
 
 
 class WanderingTeam(eqx.Module):
@@ -121,16 +122,3 @@ class WanderingTeam(eqx.Module):
         changes, drawn = jax.random.uniform(key, (2, *last.shape))
         another = jnp.floor(drawn * n_skills).astype(jnp.int32)
         return jnp.where((last < 0) | (changes < self.change), another, last)
-
-
-def apply_skills(
-    skills: Actor, observation: Float[Array, "agents obs"], choice: Int[Array, " agents"]
-) -> Float[Array, "agents act"]:
-    """Each agent's action by its chosen skill.
-
-    Every skill is evaluated for every agent and the chosen one kept: a few small matrix products
-    over the whole batch cost less than gathering each agent's own copy of the weights.
-    """
-    actions = jax.vmap(lambda skill: jax.vmap(skill)(observation))(skills)
-    chosen = jax.nn.one_hot(choice, actions.shape[0], axis=0, dtype=actions.dtype)
-    return (chosen[:, :, None] * actions).sum(0)

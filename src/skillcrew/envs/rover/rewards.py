@@ -13,7 +13,7 @@ def newly_observed(
     observed: Bool[Array, "pois *worlds"],
     parents: tuple[tuple[int, ...], ...],
     pois_per_type: int,
-    spatial_coupling: Int[Array, "*worlds"],
+    spatial_coupling: int,
     activation_distance: float,
 ) -> Bool[Array, "pois *worlds"]:
     """Which POIs meet both couplings in this step (thesis, section 4.1).
@@ -22,7 +22,7 @@ def newly_observed(
     Temporal: each parent type was observed at an *earlier* step.
     """
     near = squared_distance <= activation_distance**2
-    enough = near.sum(1, dtype=jnp.int32) >= spatial_coupling[None]
+    enough = near.sum(1, dtype=jnp.int32) >= spatial_coupling
     done = types_observed(observed, pois_per_type)
     unlocked = [
         functools.reduce(jnp.logical_and, (done[p] for p in above), jnp.ones_like(done[0]))
@@ -44,14 +44,13 @@ def closeness(squared_distance: Float[Array, "*any"], activation_distance: float
 
 
 def team_reward(
-    before: Bool[Array, "types *worlds"],
-    after: Bool[Array, "types *worlds"],
-    fraction: Bool[Array, "*worlds"],
-) -> Float[Array, "*worlds"]:
-    """The team's reward of one step: 1 for the last type, or a fraction for each; at most 1 in all."""
-    gained: Int[Array, "*worlds"] = (after & ~before).sum(0)
-    whole = after.all(0) & ~before.all(0)
-    return jnp.where(fraction, gained.astype(jnp.float32) / len(after), whole.astype(jnp.float32))
+    before: Bool[Array, "types *worlds"], after: Bool[Array, "types *worlds"], kind: str
+) -> Array:
+    """The team's reward of one step, `kind` "binary" or "fraction"; over an episode in [0, 1]."""
+    if kind == "fraction":
+        gained: Int[Array, "*worlds"] = (after & ~before).sum(0)
+        return gained.astype(jnp.float32) / len(after)
+    return (after.all(0) & ~before.all(0)).astype(jnp.float32)
 
 
 def skill_names(type_names: tuple[str, ...], n_agents: int) -> tuple[str, ...]:

@@ -30,8 +30,6 @@ class RoverState(eqx.Module):
     observed: Bool[Array, "pois *worlds"]
     time: Int[Array, "*worlds"]
     """Steps since the reset."""
-    lesson: Int[Array, "*worlds"]
-    """Index into `RoverDomain.lessons`."""
 
 
 class RoverDomain(Environment):
@@ -52,7 +50,6 @@ class RoverDomain(Environment):
         self.action_size = 2
         self.episode_length = config.episode_length
         self.skills = rewards.skill_names(config.type_names, config.n_agents)
-        self.lessons = _lessons(config)
 
     def describe(self) -> dict[str, Any]:
         return {"name": self.name, **dataclasses.asdict(self.config)}
@@ -69,13 +66,8 @@ class RoverDomain(Environment):
             poi_position=config.world_size * poi.reshape(self.n_pois, 2),
             observed=jnp.zeros(self.n_pois, bool),
             time=jnp.zeros((), jnp.int32),
-            lesson=jnp.full((), len(self.lessons) - 1, jnp.int32),
         )
         return state, self._observe(state, _direction(state.heading))
-
-    def at_lesson(self, state: RoverState, lesson: Int[Array, ""]) -> RoverState:
-        """The same worlds, with the spatial coupling and the team reward of one of `lessons`."""
-        return dataclasses.replace(state, lesson=jnp.broadcast_to(lesson, state.lesson.shape))
 
     def step(
         self, state: RoverState, action: Float[Array, "agents 2"], key: Key[Array, ""]
@@ -102,16 +94,16 @@ class RoverDomain(Environment):
             state.observed,
             config.parent_indices,
             config.pois_per_type,
-            jnp.minimum(state.lesson + 1, config.spatial_coupling),
+            config.spatial_coupling,
             config.activation_distance,
         )
         after = rewards.types_observed(observed, config.pois_per_type)
-        state = dataclasses.replace(state, observed=observed, time=state.time + 1)
+        state = RoverState(state.position, state.heading, state.poi_position, observed, state.time + 1)
         terminated = after.all(0)
         return state, TimeStep(
             observation=self._observe(state, direction),
             local_rewards=local_rewards,
-            team_reward=rewards.team_reward(before, after, self._pays_fraction(state)),
+            team_reward=rewards.team_reward(before, after, config.team_reward),
             terminated=terminated,
             truncated=(state.time >= config.episode_length) & ~terminated,
         )
@@ -127,12 +119,8 @@ class RoverDomain(Environment):
         position = state.position + jnp.stack([drive * cosine, drive * sine], axis=1)
         if config.bounded:
             position = jnp.clip(position, 0.0, config.world_size)
-        moved = dataclasses.replace(state, position=position, heading=heading)
+        moved = RoverState(position, heading, state.poi_position, state.observed, state.time)
         return moved, (cosine, sine)
-
-    def _pays_fraction(self, state: RoverState) -> Bool[Array, "*worlds"]:
-        """Whether the team reward is paid in parts: by configuration, and in all lessons but the last."""
-        return (self.config.team_reward == "fraction") | (state.lesson < len(self.lessons) - 1)
 
     def _poi_squared_distances(self, state: RoverState) -> Float[Array, "pois agents *worlds"]:
         squared = [_squared(*_offsets(state.position, poi)) for poi in state.poi_position]
@@ -196,12 +184,6 @@ class RoverDomain(Environment):
             )
         readings = [channel[q] for q in range(self.n_sectors) for channel in channels]
         return jnp.stack(readings, axis=1)
-
-
-def _lessons(config: RoverConfig) -> tuple[str, ...]:
-    """Each spatial coupling up to the task's with the reward paid in parts, then the task itself."""
-    easier = [f"coupling {coupling}, fraction" for coupling in range(1, config.spatial_coupling + 1)]
-    return (*easier, f"coupling {config.spatial_coupling}, {config.team_reward}")
 
 
 def _direction(heading: Array) -> tuple[Array, Array]:

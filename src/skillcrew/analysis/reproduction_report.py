@@ -1,0 +1,105 @@
+"""What a reproduction ends in: figures, tables, and copies of what each run was made with."""
+
+import dataclasses
+import json
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from skillcrew.analysis.canvas import save
+from skillcrew.analysis.comparison import area_under_curve, steps_to
+from skillcrew.analysis.curves import Curve, panels_of_curves
+from skillcrew.analysis.report import SMOOTHING, learning_curve
+from skillcrew.analysis.tables import Entry, write_tables
+from skillcrew.errors import UserError
+from skillcrew.experiment.files import write_whole
+from skillcrew.experiment.folder import RunFolder, describe_environment
+from skillcrew.experiment.reproduction import FIGURES, METHODS, PlannedRun, ReproductionFolder
+from skillcrew.experiment.run import Run
+
+
+def write_results(
+    folder: ReproductionFolder, figures: Sequence[str], planned: Sequence[PlannedRun]
+) -> list[Path]:
+    """Draws the figures and writes the tables of runs that are all done.
+
+    Args:
+        figures: keys of `FIGURES`.
+        planned: all their runs.
+
+    Returns:
+        The files written, those to look at first before the others.
+    """
+    curves = {one.name: _curve(folder.run(one), one) for one in planned}
+    written = []
+    for figure in figures:
+        panels = {
+            environment: [curves[one.name] for one in planned if one.environment == environment]
+            for environment in FIGURES[figure]
+        }
+        title = f"{figure.replace('fig-', 'Figure ')} of the thesis, again"
+        written += save(panels_of_curves(panels, title), folder.figures / figure)
+    written += write_tables(folder.path, [_entry(folder.run(one), one, curves[one.name]) for one in planned])
+    for one in planned:
+        written += _copy_skills(folder, one)
+        text = one.to_yaml()
+        configuration = folder.configurations / f"{one.name}.yaml"
+        write_whole(configuration, lambda path, text=text: path.write_text(text))
+    environment = folder.path / "environment.txt"
+    write_whole(environment, lambda path: path.write_text(describe_environment()))
+    return [*written, folder.configurations, environment]
+
+
+def _curve(where: RunFolder, planned: PlannedRun) -> Curve:
+    curve = learning_curve(Run(where.path), METHODS[planned.method])
+    return dataclasses.replace(
+        curve, pretrained_at=getattr(planned.algorithm.config, "pretraining_steps", None)
+    )
+
+
+def _entry(where: RunFolder, planned: PlannedRun, curve: Curve) -> Entry:
+    def of_seeds(measure: Any) -> Float[np.ndarray, " seeds"]:
+        return np.array([measure(np.asarray(steps), np.asarray(values)) for steps, values in curve.per_seed])
+
+    return Entry(
+        environment=planned.environment,
+        method=METHODS[planned.method],
+        seeds=planned.config.seeds,
+        steps=planned.config.steps,
+        success=np.array([seed["mean"] for seed in _scores(where)]),
+        area=of_seeds(lambda steps, values: area_under_curve(steps, values, planned.config.steps)),
+        steps_to_half=of_seeds(lambda steps, values: steps_to(steps, values, 0.5, SMOOTHING)),
+        steps_to_nine_tenths=of_seeds(lambda steps, values: steps_to(steps, values, 0.9, SMOOTHING)),
+    )
+
+
+def _copy_skills(folder: ReproductionFolder, planned: PlannedRun) -> list[Path]:
+    """The chosen skills of the seed with the median success, where there is something to choose."""
+    if len(planned.algorithm.choices()) < 2:
+        return []
+    scores = sorted(_scores(folder.run(planned)), key=lambda seed: (seed["mean"], seed["seed"]))
+    median = scores[len(scores) // 2]["seed"]
+    copies = []
+    for kind in ("png", "pdf"):
+        source = folder.run(planned).report / f"chosen_skills_seed_{median}.{kind}"
+        if not source.is_file():
+            raise UserError(
+                f"{source}: missing; `skillcrew resume {folder.run(planned).path}` draws it again"
+            )
+        copy = folder.figures / f"skills-{planned.name}.{kind}"
+        write_whole(copy, lambda path, source=source: shutil.copyfile(source, path))
+        copies.append(copy)
+    return copies
+
+
+def _scores(where: RunFolder) -> list[dict[str, Any]]:
+    try:
+        return json.loads(where.scores.read_text())["success_rate"]["per_seed"]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise UserError(
+            f"{where.scores}: missing or damaged; `skillcrew resume {where.path}` scores the champions again"
+        ) from None

@@ -1,0 +1,227 @@
+"""What a reproduction ends in, from runs whose curves and scores are made up, and from a real one."""
+
+import csv
+import json
+import shutil
+
+import numpy as np
+import pytest
+import yaml
+
+import skillcrew as sc
+from experiment import made_up, tiny
+from skillcrew.analysis import reproduction_report
+from skillcrew.analysis.report import write_report
+from skillcrew.analysis.reproduction_report import write_results
+from skillcrew.experiment.reproduction import PlannedRun, ReproductionFolder, plan
+
+SEEDS = (7, 3, 20, 5)
+# The two in the middle are seeds 20 and 7, and the upper one of them is 7.
+WINS = {7: 12, 3: 20, 20: 9, 5: 0}
+
+
+@pytest.fixture
+def folder(monkeypatch, tmp_path):
+    made_up.shrink(monkeypatch)
+    folder = ReproductionFolder(tmp_path / "reproduction")
+    folder.open()
+    return folder
+
+
+def heights(index):
+    """How high each seed's curve climbs, other for each run."""
+    return {seed: (40 - 4 * number + index) / 40 for number, seed in enumerate(SEEDS)}
+
+
+@pytest.fixture
+def planned(folder):
+    """Three methods in two environments, trained and scored by hand."""
+    planned = plan(("fig-4.2",), SEEDS)
+    for index, one in enumerate(planned):
+        made_up.write_run(folder.run(one), one, heights(-index))
+        made_up.write_report(folder.run(one), {seed: abs(won - index) for seed, won in WINS.items()})
+    return planned
+
+
+@pytest.fixture
+def not_drawn(monkeypatch):
+    """Spares what takes longest; the paths are the same."""
+
+    def paths(figure, stem):
+        return [stem.with_name(f"{stem.name}.{kind}") for kind in ("png", "pdf")]
+
+    monkeypatch.setattr(reproduction_report, "save", paths)
+
+
+@pytest.fixture
+def drawn(monkeypatch, not_drawn):
+    """The panels that are drawn, and what they are called."""
+    caught = []
+    draw = reproduction_report.panels_of_curves
+    monkeypatch.setattr(
+        reproduction_report, "panels_of_curves", lambda *given: caught.append(given) or draw(*given)
+    )
+    return caught
+
+
+def table(folder):
+    with (folder.path / "table.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_everything_is_written_and_named(folder, planned):
+    written = write_results(folder, ["fig-4.2"], planned)
+    names = [str(path.relative_to(folder.path)) for path in written]
+    skills = [f"{one.name}.{kind}" for one in planned if one.method != "ea" for kind in ("png", "pdf")]
+    assert names == [
+        *["figures/fig-4.2.png", "figures/fig-4.2.pdf", "table.md", "table.csv"],
+        *[f"figures/skills-{name}" for name in skills],
+        *["configurations", "environment.txt"],
+    ]
+    assert all(path.exists() for path in written)
+    for path, start in zip(written, (b"\x89PNG", b"%PDF"), strict=False):
+        assert path.read_bytes().startswith(start)
+    assert sorted(path.stem for path in folder.configurations.iterdir()) == sorted(o.name for o in planned)
+    for one in planned:
+        text = (folder.configurations / f"{one.name}.yaml").read_text()
+        assert text == folder.run(one).config.read_text()
+        assert yaml.safe_load(text)["run"]["seeds"] == list(SEEDS)
+    assert "\njax " in (folder.path / "environment.txt").read_text()
+
+
+def test_curves_stand_in_the_panel_of_their_environment(folder, planned, drawn):
+    write_results(folder, ["fig-4.2"], planned)
+    ((panels, title),) = drawn
+    assert title == "Figure 4.2 of the thesis, again"
+    assert list(panels) == ["rover-t2-c1", "rover-t2-c2"]
+    curves = [curve for panel in panels.values() for curve in panel]
+    for index, (one, curve) in enumerate(zip(planned, curves, strict=True)):
+        assert curve.label == {"madys": "MADyS", "mfl": "MFL", "ea": "EA"}[one.method]
+        # All seeds end with the budget, and the generation beyond it is left out.
+        expected = np.outer(list(heights(-index).values()), np.arange(1, 9) / 8)
+        assert len(curve.per_seed) == len(SEEDS)
+        for (steps, values), row in zip(curve.per_seed, expected, strict=True):
+            np.testing.assert_array_equal(steps, one.config.steps * np.arange(1, 9) / 8)
+            np.testing.assert_allclose(values, row, rtol=1e-6)
+        trained_first = one.algorithm.config.pretraining_steps if one.method == "mfl" else None
+        assert curve.pretrained_at == trained_first
+
+
+def test_several_figures_share_their_tables(folder, drawn):
+    planned = plan(("fig-4.2", "fig-4.3"), (1,))
+    for one in planned:
+        made_up.write_run(folder.run(one), one, {1: 0.5})
+        made_up.write_report(folder.run(one), {1: 10})
+    written = write_results(folder, ["fig-4.2", "fig-4.3"], planned)
+    assert [path.name for path in written[:6]] == [
+        *["fig-4.2.png", "fig-4.2.pdf", "fig-4.3.png", "fig-4.3.pdf"],
+        *["table.md", "table.csv"],
+    ]
+    assert [list(panels) for panels, _ in drawn] == [["rover-t2-c1", "rover-t2-c2"], ["rover-t3-c1"]]
+    assert [(row["environment"], row["method"]) for row in table(folder)] == [
+        (environment, method)
+        for environment in ("rover-t2-c1", "rover-t2-c2", "rover-t3-c1")
+        for method in ("MADyS", "MFL", "EA")
+    ]
+
+
+def test_the_table_has_what_each_seed_reached(folder, planned, not_drawn):
+    write_results(folder, ["fig-4.2"], planned)
+    rows = iter(table(folder))
+    for index, one in enumerate(planned):
+        for seed, height in heights(-index).items():
+            row = next(rows)
+            assert (row["environment"], int(row["seed"])) == (one.environment, seed)
+            assert int(row["steps"]) == one.config.steps
+            assert float(row["success"]) == abs(WINS[seed] - index) / made_up.EPISODES
+            # A straight line from 0 to its height at the end of the budget.
+            assert float(row["area"]) == pytest.approx(height / 2, rel=1e-5)
+            # The average over five generations in a row is that of the one in the middle, or of all so far.
+            averages = [height * max((now + 1) / 2, now - 2) / 8 for now in range(1, 9)]
+            for name, threshold in (("steps_to_half", 0.5), ("steps_to_nine_tenths", 0.9)):
+                reached = [now for now, value in enumerate(averages, start=1) if value >= threshold - 1e-6]
+                expected = one.config.steps / 8 * reached[0] if reached else float("nan")
+                np.testing.assert_equal(float(row[name]), expected)
+    assert next(rows, None) is None
+    assert len({row["steps_to_half"] for row in table(folder)}) > 2, "all reach it together"
+
+
+def test_the_skills_are_those_of_the_seed_with_the_median_success(folder, planned, not_drawn):
+    write_results(folder, ["fig-4.2"], planned)
+    first = planned[0]
+    for kind in ("png", "pdf"):
+        copy = (folder.figures / f"skills-{first.name}.{kind}").read_text()
+        assert copy == f"{folder.run(first).path} 7 {kind}"
+    assert not list(folder.figures.glob("*-ea.*")), "there is nothing to choose for actors"
+
+
+def test_among_an_odd_number_of_seeds_the_median_is_in_the_middle(folder, not_drawn):
+    planned = plan(("fig-4.3",), (1, 2, 3, 4, 5))
+    for one in planned:
+        made_up.write_run(folder.run(one), one, dict.fromkeys(one.config.seeds, 0.5))
+        made_up.write_report(folder.run(one), {1: 20, 2: 0, 3: 1, 4: 6, 5: 3})
+    write_results(folder, ["fig-4.3"], planned)
+    assert " 5 png" in (folder.figures / f"skills-{planned[0].name}.png").read_text()
+
+
+def test_damaged_scores_name_the_command_that_mends_them(folder, planned, not_drawn):
+    scores, place = folder.run(planned[-1]).scores, folder.run(planned[-1]).path
+    for damage in ("", "{}", '{"success_rate": 3}', "[1", None):
+        scores.unlink()
+        if damage is not None:
+            scores.write_text(damage)
+        with pytest.raises(sc.UserError) as caught:
+            write_results(folder, ["fig-4.2"], planned)
+        assert str(caught.value).startswith(f"{scores}: missing or damaged; `skillcrew resume {place}`")
+        assert "\n" not in str(caught.value)
+        scores.touch()
+
+
+def test_a_missing_picture_is_named(folder, planned, not_drawn):
+    picture = folder.run(planned[0]).report / "chosen_skills_seed_7.png"
+    picture.unlink()
+    with pytest.raises(sc.UserError) as caught:
+        write_results(folder, ["fig-4.2"], planned)
+    assert str(picture) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_scores_are_those_of_the_report(folder, planned, monkeypatch):
+    run = sc.Run(folder.run(planned[0]).path)
+    monkeypatch.setattr("skillcrew.analysis.report.save", lambda figure, stem: [stem])
+    returns = np.array([[1.0, 0, 1, 1, 1], [0, 0, 0, 0, 0], [1, 1, 1, 1, 1], [1, 0, 0, 0, 1]])
+    evaluation = sc.Evaluation(SEEDS, 5, returns, np.zeros((4, 5, 2, 1), int))
+    write_report(run, evaluation)
+    assert run.folder.scores == run.folder.path / "report" / "scores.json"
+    scores = json.loads(run.folder.scores.read_text())
+    assert scores["episodes"] == 5
+    per_seed = scores["success_rate"]["per_seed"]
+    assert [(entry["seed"], entry["mean"]) for entry in per_seed] == [(7, 0.8), (3, 0), (20, 1), (5, 0.4)]
+    assert scores["success_rate"]["mean"] == pytest.approx(2.2 / 4)
+    for entry in per_seed:
+        assert 0 <= entry["low"] <= entry["mean"] <= entry["high"] <= 1
+
+
+def test_a_run_that_was_really_trained(folder, finished):
+    trained = sc.Run(finished)
+    planned = [
+        PlannedRun("rover-t2-c2", method, trained.algorithm, trained.config) for method in ("madys", "mfl")
+    ]
+    evaluation = trained.evaluate(20)
+    first, second = (folder.run(one).path for one in planned)
+    write_report(sc.Run(shutil.copytree(finished, first)), evaluation)
+    shutil.copytree(first, second)
+    assert all(folder.is_done(one) for one in planned)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reproduction_report, "FIGURES", {"fig-4.2": ("rover-t2-c2",)})
+        written = write_results(folder, ["fig-4.2"], planned)
+    assert all(path.exists() for path in written)
+    rates = evaluation.returns.mean(1)
+    median = tiny.SEEDS[int(np.argmax(rates))] if rates[0] != rates[1] else max(tiny.SEEDS)
+    for one in planned:
+        source = folder.run(one).report / f"chosen_skills_seed_{median}.png"
+        assert (folder.figures / f"skills-{one.name}.png").read_bytes() == source.read_bytes()
+    rows = table(folder)
+    assert [(row["method"], int(row["seed"])) for row in rows] == [
+        (method, seed) for method in ("MADyS", "MFL") for seed in tiny.SEEDS
+    ]
+    assert [float(row["success"]) for row in rows] == [*rates, *rates]

@@ -1,0 +1,199 @@
+"""Tables of a comparison: every cell against SciPy, counted pairs and the numbers that went in."""
+
+import csv
+import re
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from skillcrew.analysis import comparison
+from skillcrew.analysis.tables import Entry, markdown_table, write_tables
+
+SEEDS = (2000, 2001, 2002)
+ENVIRONMENTS = {"rover-t2-c1": 3_000_000, "rover-t3-c1": 20_000_000}
+METHODS = ("MADyS", "MFL", "EA", "MADyS+")
+NAN = float("nan")
+
+
+@pytest.fixture(autouse=True)
+def few_resamples(monkeypatch):
+    monkeypatch.setattr(comparison, "RESAMPLES", 60)
+
+
+def entry(method="MADyS", environment="rover-t2-c1", seeds=SEEDS, **measured):
+    """A method whose seeds all do the same, but for what is given."""
+    same = {"success": 0.5, "area": 0.25, "steps_to_half": 1e6, "steps_to_nine_tenths": 2e6}
+    numbers = {name: np.broadcast_to(np.array(value, float), len(seeds)) for name, value in same.items()}
+    numbers |= {name: np.array(value, float) for name, value in measured.items()}
+    return Entry(environment, method, seeds, ENVIRONMENTS[environment], **numbers)
+
+
+@pytest.fixture
+def entries():
+    """All methods in both environments, with three seeds of made-up numbers each."""
+    rng = np.random.default_rng(7)
+    return [
+        entry(
+            method,
+            environment,
+            success=rng.integers(0, 1001, 3) / 1000,
+            area=rng.random(3),
+            steps_to_half=rng.integers(1, 10**7, 3),
+            steps_to_nine_tenths=[*rng.integers(1, 10**7, 2), NAN],
+        )
+        for environment in ENVIRONMENTS
+        for method in METHODS
+    ]
+
+
+def tables(entries):
+    """Each table of the Markdown as rows of cells, its heading first and without the rule below that."""
+    found = []
+    for block in markdown_table(entries).split("\n\n"):
+        if block.startswith("|"):
+            rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in block.strip().split("\n")]
+            assert {len(row) for row in rows} == {len(rows[0])}
+            assert set("".join(rows[1])) == {"-"}
+            found.append([rows[0], *rows[2:]])
+    return found
+
+
+def numbers(cell):
+    """`0.500 [0.400, 0.600]` as three numbers."""
+    match = re.fullmatch(r"(\d\.\d{3}) \[(\d\.\d{3}), (\d\.\d{3})\]", cell)
+    assert match, cell
+    return [float(number) for number in match.groups()]
+
+
+def student(values):
+    """SciPy's interval of the mean, within 0 and 1."""
+    low, high = stats.t.interval(0.95, len(values) - 1, np.mean(values), stats.sem(values))
+    return f"{np.mean(values):.3f} [{max(low, 0):.3f}, {min(high, 1):.3f}]"
+
+
+def ahead(ours, theirs):
+    """The share of pairs of runs in which ours wins."""
+    return np.mean([(one > other) + (one == other) / 2 for one in ours for other in theirs])
+
+
+def test_each_cell_of_each_method(entries):
+    heading, *rows = tables(entries)[0]
+    assert heading == [
+        *["environment", "method", "final success", "interquartile mean", "area under curve"],
+        *["steps to 0.5", "steps to 0.9", "better than MADyS"],
+    ]
+    assert len(rows) == len(entries) == 8
+    for row, entry in zip(rows, entries, strict=True):
+        reference = next(
+            other for other in entries if (other.environment, other.method) == (entry.environment, "MADyS")
+        )
+        assert row[:2] == [entry.environment, entry.method]
+        assert row[2] == student(entry.success)
+        middle, low, high = numbers(row[3])
+        assert middle == pytest.approx(stats.trim_mean(entry.success, 0.25), abs=6e-4)
+        assert low <= middle <= high
+        assert row[4] == student(entry.area)
+        assert row[5] == f"{np.mean(entry.steps_to_half) / 1e6:.2f} M"
+        assert row[6] == f"{np.mean(entry.steps_to_nine_tenths[:2]) / 1e6:.2f} M (2 of 3 seeds)"
+        if entry is reference:
+            assert row[7] == ""
+        else:
+            better, low, high = numbers(row[7])
+            assert better == pytest.approx(ahead(entry.success, reference.success), abs=6e-4)
+            assert low <= better <= high
+
+
+def test_all_environments_together(entries):
+    heading, *rows = tables(entries)[2]
+    assert heading == [
+        "all environments",
+        "interquartile mean of final success",
+        "better than MADyS",
+    ]
+    assert [row[0] for row in rows] == list(METHODS)
+    for row in rows:
+        mine = [entry.success for entry in entries if entry.method == row[0]]
+        reference = [entry.success for entry in entries if entry.method == "MADyS"]
+        assert numbers(row[1])[0] == pytest.approx(stats.trim_mean(np.concatenate(mine), 0.25), abs=6e-4)
+        if row[0] == "MADyS":
+            assert row[2] == ""
+        else:
+            per_task = [ahead(*pair) for pair in zip(mine, reference, strict=True)]
+            assert numbers(row[2])[0] == pytest.approx(np.mean(per_task), abs=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("steps", "cell"),
+    [
+        ([NAN, NAN, NAN], "not reached"),
+        ([1e6, NAN, NAN], "1.00 M (1 of 3 seeds)"),
+        ([1e6, NAN, 2e6], "1.50 M (2 of 3 seeds)"),
+        ([1e6, 2e6, 4.5e6], "2.50 M"),
+    ],
+)
+def test_steps_say_how_many_seeds_got_there(steps, cell):
+    assert tables([entry(steps_to_half=steps)])[0][1][5:7] == [cell, "2.00 M"]
+    assert tables([entry(steps_to_nine_tenths=steps)])[0][1][5:7] == ["1.00 M", cell]
+
+
+@pytest.mark.parametrize(
+    ("theirs", "difference", "apart"),
+    [
+        ([0.10, 0.11, 0.12], "+0.400", "yes"),
+        ([0.90, 0.91, 0.92], "-0.400", "yes"),
+        ([0.10, 0.50, 0.90], "+0.010", "no"),
+        ([0.50, 0.51, 0.52], "+0.000", "no"),
+    ],
+)
+def test_intervals_are_apart_or_not_whoever_is_ahead(theirs, difference, apart):
+    ours = [0.50, 0.51, 0.52]
+    heading, *rows = tables([entry(area=ours), entry("EA", area=theirs)])[1]
+    assert heading == ["environment", "area: MADyS against", "difference", "intervals apart"]
+    assert rows == [["rover-t2-c1", "EA", difference, apart]]
+
+
+def test_each_method_is_compared_with_the_first_in_its_own_environment():
+    table = [
+        entry("MFL", area=[0.10, 0.11, 0.12]),
+        entry("EA", area=[0.30, 0.31, 0.32]),
+        entry("MFL", "rover-t3-c1", area=[0.50, 0.51, 0.52]),
+        entry("EA", "rover-t3-c1", area=[0.50, 0.51, 0.52]),
+    ]
+    heading, *rows = tables(table)[1]
+    assert heading[1] == "area: MFL against"
+    assert rows == [["rover-t2-c1", "EA", "-0.200", "yes"], ["rover-t3-c1", "EA", "+0.000", "no"]]
+
+
+def test_a_single_seed_has_no_interval_over_seeds():
+    one = [entry("MADyS", seeds=(4,), area=[0.9]), entry("EA", seeds=(4,), area=[0.1], success=[0.125])]
+    methods, apart, _ = tables(one)
+    assert [row[2] for row in methods[1:]] == ["0.500", "0.125"]
+    assert [row[4] for row in methods[1:]] == ["0.900", "0.100"]
+    assert apart[1] == ["rover-t2-c1", "EA", "+0.800", "no"]
+    assert "nan" not in markdown_table(one)
+
+
+def test_what_stands_below_says_seeds_and_budgets(entries):
+    text = markdown_table(entries)
+    assert (
+        "Seeds 2000, 2001, 2002; environment steps per seed: 3 M in rover-t2-c1, 20 M in rover-t3-c1." in text
+    )
+    assert text.endswith("|\n") and "\n\n\n" not in text
+
+
+def test_the_csv_file_has_the_exact_numbers_of_every_seed(entries, tmp_path):
+    markdown, plain = write_tables(tmp_path, entries)
+    assert sorted(tmp_path.iterdir()) == [tmp_path / "table.csv", tmp_path / "table.md"] == [plain, markdown]
+    assert markdown.read_text() == markdown_table(entries)
+    with plain.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 3 * 8
+    measured = ("success", "area", "steps_to_half", "steps_to_nine_tenths")
+    assert list(rows[0]) == ["environment", "method", "seed", "steps", *measured]
+    expected = [(entry, index) for entry in entries for index in range(3)]
+    for row, (entry, index) in zip(rows, expected, strict=True):
+        assert (row["environment"], row["method"]) == (entry.environment, entry.method)
+        assert (int(row["seed"]), int(row["steps"])) == (SEEDS[index], ENVIRONMENTS[entry.environment])
+        for name in measured:
+            np.testing.assert_equal(float(row[name]), getattr(entry, name)[index])

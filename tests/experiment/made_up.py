@@ -1,0 +1,59 @@
+"""Reproductions without training: fewer runs, and run folders whose curves and scores are made up."""
+
+import json
+from collections.abc import Mapping
+
+import numpy as np
+
+import skillcrew as sc
+from skillcrew.experiment.folder import RunFolder
+from skillcrew.experiment.metrics import MetricsLog
+from skillcrew.experiment.reproduction import PlannedRun
+
+EPISODES = 20
+METHODS = {"madys": "MADyS", "mfl": "MFL", "ea": "EA"}
+FIGURES = {"fig-4.2": ("rover-t2-c1", "rover-t2-c2"), "fig-4.3": ("rover-t3-c1",)}
+STEPS = {"rover-t2-c1": 8000, "rover-t2-c2": 6000, "rover-t3-c1": 9000}
+
+
+def shrink(monkeypatch, resamples: int = 40) -> None:
+    """Three methods in two environments and in one, each of a few thousand steps; quick bootstraps."""
+    for module in ("experiment.reproduction", "analysis.reproduction_report"):
+        monkeypatch.setattr(f"skillcrew.{module}.METHODS", METHODS)
+        monkeypatch.setattr(f"skillcrew.{module}.FIGURES", FIGURES)
+    monkeypatch.setattr("skillcrew.experiment.reproduction.STEPS", STEPS)
+    monkeypatch.setattr("skillcrew.experiment.reproduction.LEAST_STEPS", 100)
+    monkeypatch.setattr("skillcrew.analysis.comparison.RESAMPLES", resamples)
+
+
+def write_run(where: RunFolder, planned: PlannedRun, heights: Mapping[int, float]) -> None:
+    """A trained run without champions: each seed's success climbs over its budget to its height.
+
+    It does so in eight equal generations; a ninth is beyond the budget and reaches 1.
+    """
+    assert tuple(heights) == planned.config.seeds
+    where.create(planned.to_yaml())
+    log = MetricsLog(planned.config.seeds)
+    share = np.arange(1, 10) / 8
+    values = np.outer(list(heights.values()), share)
+    values[:, -1] = 1
+    log.add(
+        {
+            "generation": np.tile(np.arange(1, 10, dtype=np.int32), (len(heights), 1)),
+            "environment_steps": np.tile((share * planned.config.steps).astype(np.int32), (len(heights), 1)),
+            "success_rate": values.astype(np.float32),
+        }
+    )
+    log.write(where.metrics)
+
+
+def write_report(where: RunFolder, wins: Mapping[int, int]) -> None:
+    """The scores of champions that won so many of `EPISODES`; each figure holds the name of its seed."""
+    where.report.mkdir()
+    for seed in wins:
+        for kind in ("png", "pdf"):
+            (where.report / f"chosen_skills_seed_{seed}.{kind}").write_text(f"{where.path} {seed} {kind}")
+    returns = np.stack([np.arange(EPISODES) < won for won in wins.values()]).astype(float)
+    choices = np.zeros((len(wins), EPISODES, 3, 1), int)
+    evaluation = sc.Evaluation(tuple(wins), EPISODES, returns, choices)
+    where.scores.write_text(json.dumps(evaluation.as_dict()))
