@@ -1,33 +1,48 @@
 """skillcrew: team coordination under sparse rewards, by evolution, learned skills and credit assignment."""
 
+from skillcrew.algorithms.ea import EA, EAConfig
 from skillcrew.algorithms.madys import MADyS, MADySConfig
+from skillcrew.algorithms.madys_plus import MADySPlus, MADySPlusConfig
+from skillcrew.algorithms.mfl import MFL, MFLConfig
 from skillcrew.algorithms.registry import make_algorithm
+from skillcrew.algorithms.team_search import RaceConfig
 from skillcrew.envs.environment import Environment, TimeStep
 from skillcrew.envs.presets import make
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.errors import UserError
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.evolution.mutation import MutationConfig
+from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.run import Evaluation, Run, train
 from skillcrew.experiment.runner import Interrupted
 from skillcrew.learners.plateau import PlateauConfig
 from skillcrew.learners.td3 import TD3, TD3Config
+from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.team import Team
 
 __all__ = [
+    "EA",
+    "MFL",
     "TD3",
+    "EAConfig",
     "Environment",
     "Evaluation",
     "EvolutionConfig",
     "Interrupted",
     "MADyS",
     "MADySConfig",
+    "MADySPlus",
+    "MADySPlusConfig",
+    "MFLConfig",
     "MutationConfig",
     "NetworkConfig",
     "PlateauConfig",
+    "PolicyConfig",
+    "RaceConfig",
     "RoverConfig",
     "Run",
+    "StrategyConfig",
     "TD3Config",
     "Team",
     "TimeStep",

@@ -1,5 +1,6 @@
 """The report: which files, and that they show what the run recorded."""
 
+import json
 import shutil
 
 import numpy as np
@@ -18,7 +19,8 @@ def run(tmp_path):
 
 def test_files_are_written_into_the_run_or_elsewhere(run, tmp_path):
     evaluation = run.evaluate(20)
-    written = write_report(run, evaluation)
+    *written, scores = write_report(run, evaluation)
+    assert scores == run.folder.scores and json.loads(scores.read_text()) == evaluation.as_dict()
     stems = ["learning_curve", *(f"chosen_skills_seed_{seed}" for seed in tiny.SEEDS)]
     assert {path.stem for path in written} == set(stems)
     assert sorted({path.suffix for path in written}) == [".pdf", ".png"]
@@ -28,7 +30,7 @@ def test_files_are_written_into_the_run_or_elsewhere(run, tmp_path):
         start = b"\x89PNG" if path.suffix == ".png" else b"%PDF"
         assert path.read_bytes().startswith(start) and path.stat().st_size > 2000
     elsewhere = write_report(run, evaluation, tmp_path / "deep" / "figures")
-    assert [path.name for path in elsewhere] == [path.name for path in written]
+    assert [path.name for path in elsewhere] == [path.name for path in (*written, scores)]
 
 
 def test_the_curve_is_the_score_within_the_budget(run):

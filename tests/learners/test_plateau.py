@@ -112,3 +112,9 @@ def test_mean_return_without_discount_is_the_mean_reward() -> None:
     rewards = jnp.array([[1.0, 2.0], [4.0, 9.0]])
     lived = jnp.array([[True, True], [True, False]])
     assert float(mean_return(rewards, lived, 0.0)) == pytest.approx(7 / 3)
+
+
+def test_all_stop_at_once_and_those_that_had_stopped_keep_their_generation() -> None:
+    plateau = dataclasses.replace(Plateau.create(3), stopped_at=jnp.array([-1, 4, -1], jnp.int32))
+    assert plateau.stop_all(jnp.int32(9), jnp.array(True)).stopped_at.tolist() == [9, 4, 9]
+    assert plateau.stop_all(jnp.int32(9), jnp.array(False)).stopped_at.tolist() == [-1, 4, -1]

@@ -183,14 +183,14 @@ class SkillLearning:
         state: SkillState,
         lived: Trajectories,
         generation: Int[Array, ""],
-        frozen: Bool[Array, ""] | bool = False,
+        frozen: Bool[Array, ""] | None = None,
     ) -> tuple[SkillState, dict[str, Array]]:
         """Lines 16 to 22 of Algorithm 1: each skill learns, unless its return stopped improving.
 
         Args:
             lived: recorded worlds, those of the probes last.
             generation: counted from 1.
-            frozen: whether all skills stay as they are in any case.
+            frozen: whether all skills stop learning, whatever their returns.
 
         Returns:
             The new state, and metrics of each skill.
@@ -202,11 +202,13 @@ class SkillLearning:
         experience = self._buffer.add(state.experience, *transitions_of(lived))
         returns = self._returns(lived.worlds(slice(lived.lived.shape[1] - self.probe_worlds, None)))
         plateau = state.plateau.observe(returns, generation, self.config.plateau)
+        if frozen is not None:
+            plateau = plateau.stop_all(generation, frozen)
         learners, losses = train_skills(
             key,
             self._learner,
             state.learners,
-            plateau.stopped | frozen,
+            plateau.stopped,
             self._buffer,
             experience,
             self.config.updates,

@@ -19,7 +19,7 @@ SMOOTHING = 5
 
 
 def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -> list[Path]:
-    """Draws the learning curve over all seeds and each seed's chosen skills, as PNG and PDF.
+    """Draws the learning curve over all seeds and each seed's chosen skills, and writes the scores.
 
     The chosen skills are those that the champions really chose in the episodes of `evaluation`.
 
@@ -34,8 +34,9 @@ def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -
         figure = skill_distribution(choices, run.algorithm.choices(), heading)
         written += save(figure, folder / f"chosen_skills_seed_{seed}")
     scores = json.dumps(evaluation.as_dict(), indent=1) + "\n"
-    write_whole(folder / run.folder.scores.name, lambda path: path.write_text(scores))
-    return written
+    scores_file = folder / run.folder.scores.name
+    write_whole(scores_file, lambda path: path.write_text(scores))
+    return [*written, scores_file]
 
 
 def learning_curve(run: Run, label: str | None = None) -> Curve:

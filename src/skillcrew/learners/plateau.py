@@ -62,6 +62,11 @@ class Plateau(eqx.Module):
         """Which skills train no more. Stopping is for good."""
         return self.stopped_at >= 0
 
+    def stop_all(self, generation: Int[Array, ""], when: Bool[Array, ""]) -> "Plateau":
+        """Whatever still trains stops, where `when`."""
+        stopped_at = jnp.where(when & ~self.stopped, generation, self.stopped_at)
+        return Plateau(self.smoothed, self.best, self.waited, stopped_at)
+
     def observe(
         self, returns: Float[Array, " skills"], generation: Int[Array, ""], config: PlateauConfig
     ) -> "Plateau":
