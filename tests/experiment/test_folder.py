@@ -4,11 +4,13 @@ import errno
 import os
 import shutil
 import stat
+import subprocess
 
 import pytest
 
 import skillcrew as sc
 from experiment.tiny import OPTIONS, InterruptAfter, contents, start_command
+from skillcrew.experiment import folder
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.metrics import read_metrics
@@ -29,6 +31,35 @@ def test_a_folder_explains_itself(finished):
     for path in finished.iterdir():
         assert path.name in explained or path.name == "README.txt"
     assert not [path for path in finished.iterdir() if path.name.startswith(".")]
+
+
+def test_the_commit_is_named_where_the_code_is_of_a_checkout(tmp_path, monkeypatch):
+    def git(*words: str) -> str:
+        named = ["git", "-C", str(tmp_path), "-c", "user.name=n", "-c", "user.email=e", *words]
+        return subprocess.run(named, capture_output=True, text=True, check=True).stdout.strip()
+
+    package = tmp_path / "src" / "package"
+    (package / "rooms").mkdir(parents=True)
+    monkeypatch.setattr(folder, "__file__", str(package / "rooms" / "folder.py"))
+    commits = [describe_commit()]
+    (package / "__init__.py").write_text("")
+    git("init", "--quiet")
+    commits.append(describe_commit())
+    git("add", ".")
+    git("commit", "--quiet", "--message", "all")
+    commits.append(describe_commit())
+    (tmp_path / "notes.txt").write_text("of no matter")
+    commits.append(describe_commit())
+    (package / "__init__.py").write_text("changed")
+    commits.append(describe_commit())
+    sha = git("rev-parse", "HEAD")
+    # No checkout, a checkout of something else, as committed, beside other files, and changed.
+    assert commits == ["", "", sha, sha, f"{sha} with changes"]
+
+
+def describe_commit() -> str:
+    lines = folder.describe_environment().splitlines()
+    return next((line.removeprefix("commit ") for line in lines if line.startswith("commit ")), "")
 
 
 def test_files_can_be_read_by_others(finished):

@@ -5,6 +5,7 @@ import os
 import platform
 import shlex
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -73,13 +74,32 @@ class RunFolder:
 
 
 def describe_environment() -> str:
-    """Versions, device and command, one a line."""
+    """Versions, device, command and, in a git checkout, the commit, one a line."""
     packages = ("skillcrew", "jax", "jaxlib", "equinox", "optax", "flashbax", "orbax-checkpoint", "numpy")
     lines = [f"{name} {_version(name)}" for name in packages]
     lines.append(f"python {platform.python_version()} on {platform.platform()}")
     lines.append(f"device {jax.devices()[0].device_kind} x {jax.device_count()}")
+    if commit := _commit():
+        lines.append(f"commit {commit}")
     lines.append("command " + shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]))
     return "\n".join(lines) + "\n"
+
+
+def _commit() -> str:
+    """The commit of the checkout that skillcrew is imported from, and whether that was changed since."""
+    package = Path(__file__).parents[1]
+
+    def git(*words: str) -> str:
+        command = ["git", "-C", str(package), *words]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+    try:
+        # An installed package may lie in a checkout of something else.
+        git("ls-files", "--error-unmatch", "__init__.py")
+        changed = git("status", "--porcelain", "--untracked-files=no", ".")
+        return git("rev-parse", "HEAD") + (" with changes" if changed else "")
+    except (OSError, subprocess.CalledProcessError):
+        return ""
 
 
 def _version(package: str) -> str:
