@@ -69,8 +69,13 @@ def compiled_chunk(
     algorithm: Algorithm, config: RunConfig, runs: RunState
 ) -> Callable[[RunState], tuple[RunState, dict[str, Array]]]:
     """`chunk` as a program for such runs. Its input is donated, so that the buffer is updated in place."""
-    program = jax.jit(lambda runs: chunk(algorithm, config, runs), donate_argnums=0)
-    return program.lower(runs).compile(COMPILER_OPTIONS.get(jax.default_backend()))
+    return compiled(lambda runs: chunk(algorithm, config, runs), runs, donate_argnums=0)
+
+
+def compiled(function: Callable[..., Any], argument: PyTree, **options: Any) -> Callable[..., Any]:
+    """A function compiled for such an argument, by `COMPILER_OPTIONS`."""
+    program = jax.jit(function, **options).lower(argument)
+    return program.compile(COMPILER_OPTIONS.get(jax.default_backend()))
 
 
 def play(algorithm: Algorithm, team: Team, key: Key[Array, ""], episodes: int) -> Trajectories:

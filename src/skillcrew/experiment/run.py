@@ -120,7 +120,8 @@ class Run:
             lived = generation.play(self.algorithm, team, jax.random.key(EVALUATION_KEY), episodes)
             return lived.team_return(), jnp.where(lived.lived[..., None], lived.choice, -1)
 
-        returns, choices = jax.jit(jax.vmap(play))(self.champions())
+        champions = self.champions()
+        returns, choices = generation.compiled(jax.vmap(play), champions)(champions)
         return Evaluation(
             self.config.seeds, episodes, np.asarray(returns, float), np.moveaxis(np.asarray(choices), 1, 2)
         )
