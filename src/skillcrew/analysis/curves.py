@@ -80,7 +80,9 @@ def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figur
             handles = [*handles, Line2D([], [], color="#333333", linestyle=":", linewidth=1.2)]
             labels.append(f"end of pre-training ({pretrained[0].label})")
         figure.suptitle(title)
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+        # Two entries fit under a panel.
+        columns = min(len(labels), 2 * len(panels))
+        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
     return figure
 
 

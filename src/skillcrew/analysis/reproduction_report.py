@@ -41,7 +41,8 @@ def write_results(
             environment: [curves[one.name] for one in planned if one.environment == environment]
             for environment in FIGURES[figure]
         }
-        title = f"{figure.replace('fig-', 'Figure ')} of the thesis, again"
+        drawn = f"mean of {len(planned[0].config.seeds)} seeds, 95 % intervals"
+        title = f"{figure.replace('fig-', 'Figure ')} of the thesis, again: {drawn}"
         written += save(panels_of_curves(panels, title), folder.figures / figure)
     written += write_tables(folder.path, [_entry(folder.run(one), one, curves[one.name]) for one in planned])
     for one in planned:
