@@ -92,7 +92,7 @@ def test_everything_is_written_and_named(folder, planned):
 def test_curves_stand_in_the_panel_of_their_environment(folder, planned, drawn):
     write_results(folder, ["fig-4.2"], planned)
     ((panels, title),) = drawn
-    assert title == "Figure 4.2 of the thesis, again"
+    assert title == f"Figure 4.2 of the thesis, again: mean of {len(SEEDS)} seeds, 95 % intervals"
     assert list(panels) == ["rover-t2-c1", "rover-t2-c2"]
     curves = [curve for panel in panels.values() for curve in panel]
     for index, (one, curve) in enumerate(zip(planned, curves, strict=True)):
