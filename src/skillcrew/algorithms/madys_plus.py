@@ -18,14 +18,15 @@ class MADySPlusConfig(MADySConfig):
     episodes_shared_by: Literal["population", "pair"] = "pair"
     """Who meets the same episodes; see `SearchConfig`. Of four seeds of rover-t2-c1, one or two stayed at the
     success of a team that only ever goes to B (0.1) where all teams met the same ten episodes, also with
-    twice to four times the deviation; none where each pair met its own and stalled searches began anew."""
+    twice to four times the deviation and larger steps; none where each pair met its own and stalled
+    searches began anew."""
     evolver: Literal["genetic", "strategy"] = "strategy"
     """What the next generation is made by. Where one success in fifty episodes is all there is at first, as
     in rover-t3-c3, a genetic algorithm breeds the lucky; here every episode moves the one mean a little."""
     selector: PolicyConfig = dataclasses.field(
         default_factory=lambda: PolicyConfig(memory=16, sharing="team")
     )
-    """One selector with memory for all agents: a memoryless one cannot know which POIs are done."""
+    """One selector with memory for all agents: a memoryless one can only guess which POIs are done."""
     recorded_episodes: int | None = 1
     """Episodes of each team and generation that enter the buffer: there are more teams than skills need."""
     updates: int = 200
