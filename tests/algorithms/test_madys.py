@@ -13,8 +13,8 @@ import pytest
 
 from oracles.generation import Lived
 from oracles.rover_cases import quick_jit
-from skillcrew.algorithms import madys as module
 from skillcrew.algorithms import skill_learning
+from skillcrew.algorithms import skill_teams as module
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.skill_teams import SkillTeamsState
 from skillcrew.envs.rover.config import RoverConfig

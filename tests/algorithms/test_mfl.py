@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from oracles.rover_cases import quick_jit
-from skillcrew.algorithms import mfl as module
+from skillcrew.algorithms import skill_teams as module
 from skillcrew.algorithms.mfl import MFL, MFLConfig
 from skillcrew.algorithms.skill_teams import SkillTeamsState
 from skillcrew.envs.rover.config import RoverConfig

@@ -14,7 +14,6 @@ from jaxtyping import Array
 from skillcrew.algorithms.skill_teams import SkillTeams, SkillTeamsConfig, SkillTeamsState
 from skillcrew.policies.selector import Selector
 from skillcrew.policies.team import SkillTeam
-from skillcrew.rollout import rollout
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,22 +41,18 @@ class MADyS(SkillTeams):
         def make_team(selectors: Selector) -> SkillTeam:
             return SkillTeam(selectors, skills, self.env.n_agents)
 
-        # Lines 6 to 9 (and Algorithm 2): every team lives the same fresh episodes, and in the worlds after
-        # theirs each skill on its own.
-        start = self._search.start(key_start)
-        teams = self._search.lineup(state.search, start, make_team)
-        probes = self._skills.probes(state.skills, start)
-        noise = self._skills.noise(~state.skills.plateau.stopped.all())
-        episodes, recorded = rollout(self.env, teams.beside(probes), key_rollout, noise, self._recorded())
+        # Lines 6 to 9 (and Algorithm 2): every team lives the same fresh episodes into the buffer, with noise
+        # while any skill learns.
+        learning = ~state.skills.plateau.stopped.all()
+        episodes, recorded, lived = self._live(state, make_team, learning, key_start, key_rollout)
 
         # Lines 9 to 15: fitness is the mean team return g; rank, elites, tournament, crossover, mutation.
-        of_teams = episodes.worlds(slice(self._search.worlds))
-        search, measured = self._search.evolve(key_evolution, state.search, of_teams, make_team)
+        search, measured = self._search.evolve(key_evolution, state.search, episodes, make_team)
 
         # Lines 16 to 22: each skill learns on its local reward, unless its return stopped improving.
         generation = state.generation + 1
         learned, returns = self._skills.learn(key_skills, state.skills, recorded, generation)
 
-        steps = state.environment_steps + episodes.steps_lived() + measured.pop("race_steps", 0)
+        steps = state.environment_steps + lived + measured.pop("race_steps", 0)
         state = SkillTeamsState(key, search, learned, generation, steps)
         return state, {"environment_steps": steps, **measured, **returns}

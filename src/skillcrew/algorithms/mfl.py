@@ -15,7 +15,6 @@ from skillcrew.algorithms.skill_teams import SkillTeams, SkillTeamsConfig, Skill
 from skillcrew.errors import UserError
 from skillcrew.policies.selector import Selector
 from skillcrew.policies.team import SkillTeam, WanderingTeam
-from skillcrew.rollout import rollout
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,18 +58,12 @@ class MFL(SkillTeams):
             team = SkillTeam(selectors, skills, self.env.n_agents)
             return WanderingTeam(team, pretraining, self.config.exploration_change)
 
-        start = self._search.start(key_start)
-        teams = self._search.lineup(state.search, start, make_team)
-        probes = self._skills.probes(state.skills, start)
-        noise = self._skills.noise(pretraining)
-        episodes, recorded = rollout(self.env, teams.beside(probes), key_rollout, noise, self._recorded())
-
-        of_teams = episodes.worlds(slice(self._search.worlds))
-        evolved, measured = self._search.evolve(key_evolution, state.search, of_teams, make_team)
+        episodes, recorded, lived = self._live(state, make_team, pretraining, key_start, key_rollout)
+        evolved, measured = self._search.evolve(key_evolution, state.search, episodes, make_team)
         search = jax.tree.map(lambda old, new: jnp.where(pretraining, old, new), state.search, evolved)
         generation = state.generation + 1
         learned, returns = self._skills.learn(key_skills, state.skills, recorded, generation, ~pretraining)
 
-        steps = state.environment_steps + episodes.steps_lived() + measured.pop("race_steps", 0)
+        steps = state.environment_steps + lived + measured.pop("race_steps", 0)
         state = SkillTeamsState(key, search, learned, generation, steps)
         return state, {"environment_steps": steps, "pretraining": pretraining, **measured, **returns}

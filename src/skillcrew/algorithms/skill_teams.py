@@ -1,13 +1,14 @@
 """What MADyS and MFL have in common: teams of selectors over skills that learn."""
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Int, Key
+from jaxtyping import Array, Bool, Int, Key
 
 from skillcrew.algorithms.algorithm import override
 from skillcrew.algorithms.skill_learning import SkillConfig, SkillLearning, SkillState
@@ -16,7 +17,8 @@ from skillcrew.envs.environment import Environment
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.selector import Selector
-from skillcrew.policies.team import SkillTeam
+from skillcrew.policies.team import SkillTeam, Team
+from skillcrew.rollout import Episodes, Trajectories, rollout
 
 
 @dataclasses.dataclass(frozen=True)
@@ -83,6 +85,29 @@ class SkillTeams:
     def transient_bytes(self) -> int:
         """What a generation takes beside the state."""
         return self._skills.transient_bytes(self._recorded_worlds())
+
+    def _live(
+        self,
+        state: SkillTeamsState,
+        make_team: Callable[[Selector], Team],
+        learning: Bool[Array, ""],
+        key_start: Key[Array, ""],
+        key_rollout: Key[Array, ""],
+    ) -> tuple[Episodes, Trajectories, Int[Array, ""]]:
+        """Every team lives its fresh episodes and, in the worlds after theirs, each skill on its own.
+
+        Args:
+            learning: whether actions are noisy, for skills to learn from.
+
+        Returns:
+            The teams' episodes, what enters the buffer, and the environment steps of all worlds.
+        """
+        start = self._search.start(key_start)
+        lineup = self._search.lineup(state.search, start, make_team)
+        lineup = lineup.beside(self._skills.probes(state.skills, start))
+        noise = self._skills.noise(learning)
+        episodes, recorded = rollout(self.env, lineup, key_rollout, noise, self._recorded())
+        return episodes.worlds(slice(self._search.worlds)), recorded, episodes.steps_lived()
 
     def _recorded(self) -> slice | np.ndarray:
         """The worlds whose transitions enter the buffer: of each team its first few, and all probes."""
