@@ -72,25 +72,29 @@ def test_an_unknown_figure_lists_what_there_is():
     assert str(caught.value) == "unknown figure 'fig-4.4'; valid, nearest first: fig-4.2, fig-4.3, all"
 
 
-def test_the_budget_scales_steps_and_pretraining():
+def test_the_budget_scales_steps_and_the_time_that_skills_learn():
     full, half = plan(["fig-4.3"]), plan(["fig-4.3"], budget=0.5)
     for whole, part in zip(full, half, strict=True):
         assert part.config == dataclasses.replace(whole.config, steps=whole.config.steps // 2)
         before = yaml.safe_load(whole.to_yaml())["algorithm"]
         after = yaml.safe_load(part.to_yaml())["algorithm"]
+        if whole.method != "ea":
+            for field in ("window", "earliest"):
+                assert after["plateau"].pop(field) == before["plateau"].pop(field) / 2 > 0
         if whole.method == "mfl":
-            assert after["pretraining_steps"] == before.pop("pretraining_steps") / 2 > 0
-            after.pop("pretraining_steps")
+            assert after.pop("pretraining_steps") == before.pop("pretraining_steps") / 2 > 0
         assert before == after, "the budget changes nothing else"
 
 
-def test_a_tiny_budget_still_lets_every_method_live(monkeypatch):
+def test_a_tiny_budget_still_lets_every_method_live():
     for one in plan(["fig-4.2"], budget=1e-9):
-        assert one.config.steps == reproduction.LEAST_STEPS == 300_000
+        assert one.config.steps == reproduction.LEAST_STEPS == 200_000
         assert getattr(one.algorithm.config, "pretraining_steps", 1) == 1
+        if one.method != "ea":
+            assert (one.algorithm.config.plateau.window, one.algorithm.config.plateau.earliest) == (1, 1)
     # The floor is for the small ones alone.
-    steps = {one.environment: one.config.steps for one in plan(["fig-4.2"], budget=0.05)}
-    assert steps == {"rover-t2-c1": 300_000, "rover-t2-c2": 800_000, "rover-t2-c3": 600_000}
+    steps = {one.environment: one.config.steps for one in plan(["fig-4.2"], budget=0.03)}
+    assert steps == {"rover-t2-c1": 200_000, "rover-t2-c2": 480_000, "rover-t2-c3": 360_000}
 
 
 def test_seeds_are_passed_on():
@@ -240,7 +244,7 @@ def test_a_run_is_done_when_it_has_scores(folder, planned):
 @pytest.mark.parametrize(
     ("change", "field", "there", "asked"),
     [
-        ({"budget": 0.5}, "algorithm.pretraining_steps", 600_000, 300_000),
+        ({"budget": 0.5}, "algorithm.plateau.window", 10, 5),
         ({"seeds": (4, 2, 7)}, "run.seeds", [4, 2], [4, 2, 7]),
     ],
 )

@@ -43,7 +43,8 @@ class ReproduceOptions:
     out: Path = Path("runs/reproduction")
     """Folder for runs and results; one that was begun is gone on with."""
     budget: float = 1.0
-    """Share of the full number of environment steps: 0.02 for a quick look, whose figures mean nothing."""
+    """Share of the full number of environment steps, and of the time that skills are given to learn: 0.02 for
+    a quick look, whose figures mean nothing."""
     seeds: Seeds = DEFAULT_SEEDS
     """How many runs (5: seeds 0 to 4), or which (2000..2004); all in one program."""
     jobs: int | None = None
