@@ -230,7 +230,7 @@ def test_another_configuration_is_refused_and_nothing_changed(tmp_path, capsys):
     made_up.write_run(folder.run(one), one, {6: 0.5, 1: 0.5})
     before = contents(tmp_path)
     for words, said in (
-        (("--budget", "0.5", "--seeds", "6,1"), "run.steps is 8000 there and 4000 is asked for"),
+        (("--budget", "0.5", "--seeds", "6,1"), "algorithm.plateau.window is 10 there and 5 is asked for"),
         (("--seeds", "3"), "run.seeds is [6, 1] there and [0, 1, 2] is asked for"),
         ((), "run.seeds is [6, 1] there and [2000, 2001, 2002, 2003, 2004] is asked for"),
     ):
@@ -246,7 +246,7 @@ def test_another_configuration_is_refused_and_nothing_changed(tmp_path, capsys):
     [
         ([], ["FIGURE is missing", "usage: skillcrew reproduce FIGURE"]),
         (["--seeds", "2"], ["FIGURE is missing"]),
-        (["fig4.2"], ["unknown figure 'fig4.2'", "first: fig-4.2, fig-4.3, all"]),
+        (["fig4.2"], ["unknown figure 'fig4.2'", "first: fig-4.2, fig-4.3, rover-t2-c1"]),
         (["fig-4.2", "--budget", "0"], ["--budget 0.0", "share above 0 and up to 1"]),
         (["fig-4.2", "--budget", "1.5"], ["--budget 1.5", "share above 0 and up to 1"]),
         (["all", "--budget", "nan"], ["--budget nan", "share above 0 and up to 1"]),

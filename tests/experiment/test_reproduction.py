@@ -69,7 +69,18 @@ def test_the_thesis_form_has_a_feed_forward_network_for_each_agent(everything):
 def test_an_unknown_figure_lists_what_there_is():
     with pytest.raises(sc.UserError) as caught:
         figures_of("fig-4.4")
-    assert str(caught.value) == "unknown figure 'fig-4.4'; valid, nearest first: fig-4.2, fig-4.3, all"
+    line = str(caught.value)
+    assert line.startswith("unknown figure 'fig-4.4'; valid, nearest first: fig-4.2, fig-4.3, ")
+    assert all(name in line for name in (*STEPS, "all"))
+
+
+@pytest.mark.parametrize("environment", STEPS)
+def test_an_environment_is_a_figure_of_its_own(environment, everything):
+    """With the very runs that the thesis's figure has there."""
+    alone = plan(figures_of(environment))
+    assert [one.method for one in alone] == list(METHODS)
+    among_all = [one for one in everything if one.environment == environment]
+    assert [one.to_yaml() for one in alone] == [one.to_yaml() for one in among_all]
 
 
 def test_the_budget_scales_steps_and_the_time_that_skills_learn():

@@ -18,7 +18,13 @@ from skillcrew.analysis.tables import Entry, write_tables
 from skillcrew.errors import UserError
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder, describe_environment
-from skillcrew.experiment.reproduction import FIGURES, METHODS, PlannedRun, ReproductionFolder
+from skillcrew.experiment.reproduction import (
+    FIGURES,
+    METHODS,
+    PlannedRun,
+    ReproductionFolder,
+    environments_of,
+)
 from skillcrew.experiment.run import Run
 
 
@@ -28,7 +34,7 @@ def write_results(
     """Draws the figures and writes the tables of runs that are all done.
 
     Args:
-        figures: keys of `FIGURES`.
+        figures: as `figures_of` gives them.
         planned: all their runs.
 
     Returns:
@@ -39,10 +45,14 @@ def write_results(
     for figure in figures:
         panels = {
             environment: [curves[one.name] for one in planned if one.environment == environment]
-            for environment in FIGURES[figure]
+            for environment in environments_of(figure)
         }
         drawn = f"mean of {len(planned[0].config.seeds)} seeds, 95 % intervals"
-        title = f"{figure.replace('fig-', 'Figure ')} of the thesis, again: {drawn}"
+        title = (
+            f"{figure.replace('fig-', 'Figure ')} of the thesis, again: {drawn}"
+            if figure in FIGURES
+            else drawn
+        )
         written += save(panels_of_curves(panels, title), folder.figures / figure)
     written += write_tables(folder.path, [_entry(folder.run(one), one, curves[one.name]) for one in planned])
     for one in planned:

@@ -24,7 +24,8 @@ from skillcrew.experiment.reproduction import PlannedRun, ReproductionFolder
 
 USAGE = (
     "usage: skillcrew reproduce FIGURE [OPTIONS]\n\n"
-    f"FIGURE  {', '.join(reproduction.FIGURES)}, or all\n\n"
+    f"FIGURE  {', '.join(reproduction.FIGURES)}, or all; or one environment of theirs:\n"
+    f"        {', '.join(reproduction.STEPS)}\n\n"
     "Trains what the MADyS thesis compares (MADyS, MFL and EA in its form, and MADyS in our best form) with\n"
     "its five seeds, and ends in its figures, a table, and every run's configuration. Can be interrupted at\n"
     "any time: the same command goes on where it was."

@@ -79,16 +79,21 @@ class PlannedRun:
 
 
 def figures_of(name: str) -> tuple[str, ...]:
-    """The figures that a name stands for: one of `FIGURES`, or `all`.
+    """The figures that a name stands for: one of `FIGURES`, `all` of them, or a single environment's panel.
 
     Raises:
         UserError: an unknown name.
     """
     if name == "all":
         return tuple(FIGURES)
-    if name not in FIGURES:
-        raise unknown_name("figure", name, (*FIGURES, "all"))
+    if name not in FIGURES and name not in STEPS:
+        raise unknown_name("figure", name, (*FIGURES, "all", *STEPS))
     return (name,)
+
+
+def environments_of(figure: str) -> tuple[str, ...]:
+    """What a figure shows, a panel each; an environment's name is the figure of its panel alone."""
+    return FIGURES.get(figure, (figure,))
 
 
 def plan(figures: Sequence[str], seeds: tuple[int, ...] = SEEDS, budget: float = 1.0) -> list[PlannedRun]:
@@ -106,7 +111,7 @@ def plan(figures: Sequence[str], seeds: tuple[int, ...] = SEEDS, budget: float =
     return [
         _planned(environment, method, seeds, budget)
         for figure in figures
-        for environment in FIGURES[figure]
+        for environment in environments_of(figure)
         for method in METHODS
     ]
 
