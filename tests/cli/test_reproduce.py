@@ -230,7 +230,7 @@ def test_another_configuration_is_refused_and_nothing_changed(tmp_path, capsys):
     made_up.write_run(folder.run(one), one, {6: 0.5, 1: 0.5})
     before = contents(tmp_path)
     for words, said in (
-        (("--budget", "0.5", "--seeds", "6,1"), "algorithm.plateau.window is 10 there and 5 is asked for"),
+        (("--budget", "0.5", "--seeds", "6,1"), "algorithm.plateau.latest is None there and 21 is asked for"),
         (("--seeds", "3"), "run.seeds is [6, 1] there and [0, 1, 2] is asked for"),
         ((), "run.seeds is [6, 1] there and [2000, 2001, 2002, 2003, 2004] is asked for"),
     ):

@@ -90,8 +90,9 @@ def test_the_budget_scales_steps_and_the_time_that_skills_learn():
         before = yaml.safe_load(whole.to_yaml())["algorithm"]
         after = yaml.safe_load(part.to_yaml())["algorithm"]
         if whole.method != "ea":
-            for field in ("window", "earliest"):
-                assert after["plateau"].pop(field) == before["plateau"].pop(field) / 2 > 0
+            rule = before["plateau"]
+            assert rule.pop("latest") is None
+            assert after["plateau"].pop("latest") == (rule["earliest"] + rule["window"]) / 2 + 1
         if whole.method == "mfl":
             assert after.pop("pretraining_steps") == before.pop("pretraining_steps") / 2 > 0
         assert before == after, "the budget changes nothing else"
@@ -102,7 +103,7 @@ def test_a_tiny_budget_still_lets_every_method_live():
         assert one.config.steps == reproduction.LEAST_STEPS == 200_000
         assert getattr(one.algorithm.config, "pretraining_steps", 1) == 1
         if one.method != "ea":
-            assert (one.algorithm.config.plateau.window, one.algorithm.config.plateau.earliest) == (1, 1)
+            assert one.algorithm.config.plateau.latest == 2
     # The floor is for the small ones alone.
     steps = {one.environment: one.config.steps for one in plan(["fig-4.2"], budget=0.03)}
     assert steps == {"rover-t2-c1": 200_000, "rover-t2-c2": 480_000, "rover-t2-c3": 360_000}
@@ -255,7 +256,7 @@ def test_a_run_is_done_when_it_has_scores(folder, planned):
 @pytest.mark.parametrize(
     ("change", "field", "there", "asked"),
     [
-        ({"budget": 0.5}, "algorithm.plateau.window", 10, 5),
+        ({"budget": 0.5}, "algorithm.plateau.latest", None, 21),
         ({"seeds": (4, 2, 7)}, "run.seeds", [4, 2], [4, 2, 7]),
     ],
 )

@@ -29,6 +29,7 @@ PlateauConfig = unhooked(plateau).PlateauConfig
         (TD3Config, "saturation_penalty", -1.0),
         (PlateauConfig, "window", 0),
         (PlateauConfig, "earliest", -1),
+        (PlateauConfig, "latest", 0),
         (PlateauConfig, "tolerance", -0.5),
         (PlateauConfig, "smoothing", 1.0),
         (PlateauConfig, "smoothing", -0.1),

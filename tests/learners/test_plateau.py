@@ -66,6 +66,18 @@ def test_each_skill_stops_at_its_own_moment_for_good(returns: list[list[float]])
         assert stopped_at[:, skill].tolist() == expected
 
 
+def test_whatever_still_improves_stops_at_the_latest() -> None:
+    """The first never improves and stops by the rule, the second always does, the third begins too late."""
+    returns = np.zeros((GENERATIONS, SKILLS))
+    returns[:, 1] = 4.0 ** np.arange(GENERATIONS)
+    returns[5:, 2] = 4.0 ** np.arange(GENERATIONS - 5)
+    latest = follow(dataclasses.replace(CONFIG, latest=9))
+    stopped_at = np.asarray(latest(jnp.asarray(returns, jnp.float32)))
+    assert stopped_at[7].tolist() == [6, -1, -1]
+    assert stopped_at[-1].tolist() == [6, 9, 9]
+    assert np.asarray(FOLLOW(jnp.asarray(returns, jnp.float32)))[-1].tolist() == [6, -1, -1]
+
+
 def test_improvement_after_the_stop_changes_nothing() -> None:
     returns = np.zeros((GENERATIONS, SKILLS))
     returns[6:] = 1000 * np.arange(1, 11)[:, None] ** 2

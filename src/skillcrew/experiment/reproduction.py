@@ -142,9 +142,10 @@ def _shortened(config: Any, budget: float) -> Any:
         changes["pretraining_steps"] = share(config.pretraining_steps)
     if hasattr(config, "plateau"):
         plateau = config.plateau
-        changes["plateau"] = dataclasses.replace(
-            plateau, window=share(plateau.window), earliest=share(plateau.earliest)
-        )
+        longest = plateau.earliest + plateau.window
+        # A skill learns no more in the generation in which it stops.
+        latest = share(longest) + 1 if budget < 1 else None
+        changes["plateau"] = dataclasses.replace(plateau, latest=latest)
     return dataclasses.replace(config, **changes)
 
 

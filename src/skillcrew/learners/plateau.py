@@ -20,6 +20,9 @@ class PlateauConfig:
     they are: while skills go on changing, a champion of 0.85 was seen to fall to 0.5."""
     earliest: int = 30
     """Generation before which no skill stops: a skill that has not begun to learn does not improve either."""
+    latest: int | None = None
+    """Generation at which every skill stops, whatever its return. Default: none. Training costs the same for
+    as long as a single skill goes on, so this is what bounds it."""
     tolerance: float = 0.01
     """What counts as improvement, as a share of the best return's size."""
     smoothing: float = 0.8
@@ -30,6 +33,8 @@ class PlateauConfig:
             raise UserError(f"plateau.window = {self.window}: give at least 1 generation")
         if self.earliest < 0:
             raise UserError(f"plateau.earliest = {self.earliest}: give a generation, or 0 for no such bound")
+        if self.latest is not None and self.latest < 1:
+            raise UserError(f"plateau.latest = {self.latest}: give a generation of at least 1")
         if not self.tolerance >= 0:
             raise UserError(f"plateau.tolerance = {self.tolerance}: give a number of at least 0")
         if not 0 <= self.smoothing < 1:
@@ -79,6 +84,8 @@ class Plateau(eqx.Module):
         improved = smoothed > self.best + margin
         waited = jnp.where(improved, 0, self.waited + 1)
         due = (waited >= config.window) & (generation >= config.earliest)
+        if config.latest is not None:
+            due |= generation >= config.latest
         stops = due & ~self.stopped & config.enabled
         return Plateau(
             smoothed,
