@@ -1,5 +1,6 @@
 """skillcrew: team coordination under sparse rewards, by evolution, learned skills and credit assignment."""
 
+from skillcrew.algorithms.ccea import CCEA, CCEAConfig
 from skillcrew.algorithms.ea import EA, EAConfig
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.madys_plus import MADySPlus, MADySPlusConfig
@@ -10,7 +11,9 @@ from skillcrew.envs.environment import Environment, TimeStep
 from skillcrew.envs.presets import make
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.errors import UserError
+from skillcrew.evolution.coevolution import CoevolutionConfig
 from skillcrew.evolution.genetic import EvolutionConfig
+from skillcrew.evolution.hall_of_fame import HallOfFameConfig
 from skillcrew.evolution.mutation import MutationConfig
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.run import Evaluation, Run, train
@@ -22,13 +25,17 @@ from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.team import Team
 
 __all__ = [
+    "CCEA",
     "EA",
     "MFL",
     "TD3",
+    "CCEAConfig",
+    "CoevolutionConfig",
     "EAConfig",
     "Environment",
     "Evaluation",
     "EvolutionConfig",
+    "HallOfFameConfig",
     "Interrupted",
     "MADyS",
     "MADySConfig",

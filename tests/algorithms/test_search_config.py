@@ -31,9 +31,13 @@ def test_refuses_a_value_and_names_field_and_value(config: str, field: str, valu
 @pytest.mark.parametrize(
     ("fields", "expected"),
     [
-        ({"evolver": "stratgey"}, ["evolver 'stratgey'", "nearest first: strategy, genetic"]),
+        ({"evolver": "stratgey"}, ["evolver 'stratgey'", "nearest first: strategy, genetic, coevolution"]),
         ({"population": 5}, ["population = 5", "elites + 2 = 6"]),
         ({"evolver": "strategy", "population": 9}, ["population = 9", "mirrored pairs"]),
+        (
+            {"evolver": "coevolution", "population": 5},
+            ["population = 5", "a subpopulation has 5 individuals"],
+        ),
         ({"episodes_shared_by": "team"}, ["episodes_shared_by 'team'", "pair, population"]),
         (
             {"episodes_shared_by": "pair"},

@@ -4,6 +4,7 @@ import dataclasses
 from typing import Literal
 
 from skillcrew.algorithms.madys import MADyS, MADySConfig
+from skillcrew.algorithms.team_search import EvolverName
 from skillcrew.policies.memory import PolicyConfig
 
 
@@ -20,7 +21,7 @@ class MADySPlusConfig(MADySConfig):
     success of a team that only ever goes to B (0.1) where all teams met the same ten episodes, also with
     twice to four times the deviation and larger steps; none where each pair met its own and stalled
     searches began anew."""
-    evolver: Literal["genetic", "strategy"] = "strategy"
+    evolver: EvolverName = "strategy"
     """What the next generation is made by. Where one success in fifty episodes is all there is at first, as
     in rover-t3-c3, a genetic algorithm breeds the lucky; here every episode moves the one mean a little."""
     selector: PolicyConfig = dataclasses.field(

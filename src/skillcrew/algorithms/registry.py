@@ -3,6 +3,7 @@
 from typing import Any
 
 from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.algorithms.ccea import CCEA
 from skillcrew.algorithms.ea import EA
 from skillcrew.algorithms.madys import MADyS
 from skillcrew.algorithms.madys_plus import MADySPlus
@@ -10,7 +11,7 @@ from skillcrew.algorithms.mfl import MFL
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import unknown_name
 
-ALGORITHMS: dict[str, Any] = {kind.name: kind for kind in (MADyS, MADySPlus, MFL, EA)}
+ALGORITHMS: dict[str, Any] = {kind.name: kind for kind in (MADyS, MADySPlus, MFL, EA, CCEA)}
 """Each class has `name`, `config_class`, and is made from an environment and a configuration."""
 
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import jax
 import jax.numpy as jnp
@@ -10,6 +10,7 @@ from jaxtyping import Array, Float, Int, Key, PyTree
 
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
+from skillcrew.evolution.coevolution import CoevolutionConfig, CooperativeCoevolution
 from skillcrew.evolution.evolver import Evolver
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm
 from skillcrew.evolution.selection import rank
@@ -17,6 +18,8 @@ from skillcrew.evolution.strategy import EvolutionStrategy, StrategyConfig
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.team import Team
 from skillcrew.rollout import Episodes, Lineup, Start, rollout
+
+EvolverName = Literal["genetic", "strategy", "coevolution"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,11 +56,14 @@ class SearchConfig:
     episodes_shared_by: Literal["population", "pair"] = "population"
     """Who meets the same episodes: "population" for all teams, "pair" for each mirrored pair of an
     evolution strategy its own, so that a generation sees many more worlds."""
-    evolver: Literal["genetic", "strategy"] = "genetic"
-    """What the next generation is made by: "genetic" (Algorithm 1) breeds the best, "strategy" moves the
-    mean of a cloud of teams up their fitness."""
+    evolver: EvolverName = "genetic"
+    """What the next generation is made by: "genetic" (Algorithm 1) breeds the best teams, "strategy" moves
+    the mean of a cloud of teams up their fitness, "coevolution" breeds each agent's network in a
+    subpopulation of its own and draws teams across them."""
     evolution: EvolutionConfig = dataclasses.field(default_factory=EvolutionConfig)
-    """How the genetic algorithm breeds."""
+    """How the genetic algorithm breeds, and each subpopulation of a coevolution."""
+    coevolution: CoevolutionConfig = dataclasses.field(default_factory=CoevolutionConfig)
+    """How teams are drawn across subpopulations."""
     strategy: StrategyConfig = dataclasses.field(default_factory=StrategyConfig)
     """How the evolution strategy moves."""
     race: RaceConfig = dataclasses.field(default_factory=RaceConfig)
@@ -71,9 +77,7 @@ class SearchConfig:
             raise UserError(
                 f"fitness_discount = {self.fitness_discount}: give a number above 0 and up to 1 (no discount)"
             )
-        if self.evolver not in ("genetic", "strategy"):
-            raise unknown_name("evolver", str(self.evolver), ("genetic", "strategy"))
-        (self.evolution if self.evolver == "genetic" else self.strategy).check_population(self.population)
+        self._check_evolver()
         if self.episodes_shared_by not in ("population", "pair"):
             raise unknown_name("episodes_shared_by", str(self.episodes_shared_by), ("population", "pair"))
         if self.episodes_shared_by == "pair" and self.evolver != "strategy":
@@ -91,6 +95,17 @@ class SearchConfig:
                 f"race.finalists = {self.race.finalists}: above population = {self.population}; lower it"
             )
 
+    def _check_evolver(self) -> None:
+        match self.evolver:
+            case "genetic":
+                self.evolution.check_population(self.population)
+            case "strategy":
+                self.strategy.check_population(self.population)
+            case "coevolution":
+                self.coevolution.check_population(self.population, self.evolution)
+            case _:
+                raise unknown_name("evolver", str(self.evolver), get_args(EvolverName))
+
 
 class TeamSearch:
     """A population of teams that lives the same fresh episodes each generation, and evolves.
@@ -99,17 +114,16 @@ class TeamSearch:
         env: where they live.
         codec: draws a team's networks, and turns genomes into them.
         config: see there.
+
+    Raises:
+        UserError: the evolver does not suit the number of agents or networks.
     """
 
     def __init__(self, env: Environment, codec: GenomeCodec, config: SearchConfig):
         self.config = config
         self._env = env
         self._codec = codec
-        self._evolver: Evolver = (
-            GeneticAlgorithm(config.evolution, codec.create)
-            if config.evolver == "genetic"
-            else EvolutionStrategy(config.strategy, codec.create)
-        )
+        self._evolver = _make_evolver(config, codec, env.n_agents)
 
     @property
     def worlds(self) -> int:
@@ -185,3 +199,16 @@ class TeamSearch:
         fitness = fitness.at[finalists].set(share * fitness[finalists] + (1 - share) * more)
         evaluations = jnp.ones_like(fitness).at[finalists].set(1 / share)
         return fitness, evaluations, episodes.steps_lived()
+
+
+def _make_evolver(config: SearchConfig, codec: GenomeCodec, n_agents: int) -> Evolver:
+    if config.evolver == "genetic":
+        return GeneticAlgorithm(config.evolution, codec.create)
+    if config.evolver == "strategy":
+        return EvolutionStrategy(config.strategy, codec.create)
+    if codec.networks != n_agents:
+        raise UserError(
+            "evolver = coevolution: each agent's own network has a subpopulation; set its sharing to agent"
+        )
+    config.coevolution.check_agents(config.population, n_agents)
+    return CooperativeCoevolution(config.evolution, config.coevolution, codec.create, n_agents)

@@ -1,7 +1,7 @@
 """What every way to search offers, so that an algorithm need not know which one it uses."""
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from jaxtyping import Array, Float, Key
 
@@ -11,6 +11,7 @@ Draw = Callable[[Key[Array, ""], int], Genomes]
 """Draws so many random genomes."""
 
 
+@runtime_checkable
 class Evolver(Protocol):
     """Ask and tell: `genomes(state)` are to be evaluated, `next_generation` is told their fitness."""
 
