@@ -6,46 +6,18 @@ import shutil
 
 import pytest
 
+from cli import stub_training
 from experiment import made_up
 from experiment.tiny import contents
-from skillcrew.analysis import reproduction_report
-from skillcrew.cli import jobs, reproduce
+from skillcrew.analysis import comparison_report
+from skillcrew.cli import jobs, side_by_side
 from skillcrew.cli.main import run_command
+from skillcrew.experiment.comparison import ComparisonFolder
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.memory import in_gib
-from skillcrew.experiment.reproduction import ReproductionFolder, plan
+from skillcrew.experiment.reproduction import plan
 
 SEEDS = (6, 1)
-
-# Trains or goes on with a run by copying one that was made up. One of them may fail at first, or
-# interrupt the command and save what it has.
-STUB = """
-import os, shutil, signal, sys, time
-from pathlib import Path
-_, command, *words = sys.argv[1:]
-templates, order = Path(os.environ["TEMPLATES"]), Path(os.environ["ORDER"])
-if command == "train":
-    assert (words[0], words[2]) == ("--config", "--out"), words
-    out, name = Path(words[3]), Path(words[1]).stem
-else:
-    (out,) = map(Path, words)
-    name = "-".join(out.parts[-2:])
-with order.open("a") as file:
-    file.write(command + " " + name + "\\n")
-print("working on", name, flush=True)
-if name == os.environ.get("FAIL"):
-    print("RuntimeError: out of luck", flush=True)
-    sys.exit(1)
-if command == "train":
-    out.mkdir()
-    shutil.copy(words[1], out / "config.yaml")
-if name == os.environ.get("INTERRUPT"):
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))
-    os.kill(os.getppid(), signal.SIGINT)
-    time.sleep(60)
-shutil.copy(templates / name / "metrics.parquet", out)
-shutil.copytree(templates / name / "report", out / "report")
-"""
 
 
 @pytest.fixture(autouse=True)
@@ -58,20 +30,13 @@ def small(monkeypatch, tmp_path):
 @pytest.fixture
 def trains(monkeypatch, tmp_path_factory):
     """Puts the stub in the place of training; returns what it was asked to do, in order."""
-    here = tmp_path_factory.mktemp("stub")
-    for index, one in enumerate(plan(["fig-4.2"], SEEDS)):
-        template = RunFolder(here / one.name)
-        made_up.write_run(template, one, {6: 0.9 - index / 10, 1: 1.0})
-        made_up.write_report(template, {6: 20 - index, 1: index})
-    monkeypatch.setenv("TEMPLATES", str(here))
-    monkeypatch.setenv("ORDER", str(here / "order"))
-    monkeypatch.setattr(jobs, "START", STUB)
-    monkeypatch.setattr(jobs, "POLL_SECONDS", 0.01)
+    runs = plan(["fig-4.2"], SEEDS)
+    return stub_training.install(monkeypatch, tmp_path_factory.mktemp("stub"), runs, made_up_results)
 
-    def asked():
-        return (here / "order").read_text().splitlines()
 
-    return asked
+def made_up_results(index):
+    """How high the two seeds climb in one of the runs, and how many of their episodes they solve."""
+    return {6: 0.9 - index / 10, 1: 1.0}, {6: 20 - index, 1: index}
 
 
 @pytest.fixture
@@ -79,7 +44,7 @@ def never_trains(monkeypatch):
     def refuse(*_, **__):
         raise AssertionError("it began to train")
 
-    monkeypatch.setattr(reproduce, "run_jobs", refuse)
+    monkeypatch.setattr(side_by_side, "run_jobs", refuse)
 
 
 @pytest.fixture
@@ -91,7 +56,7 @@ def not_drawn(monkeypatch):
         path.touch()
         return [path]
 
-    monkeypatch.setattr(reproduction_report, "save", touch)
+    monkeypatch.setattr(comparison_report, "save", touch)
 
 
 def call(*words):
@@ -137,8 +102,8 @@ def test_trains_all_and_ends_in_the_results(trains, tmp_path, capsys):
     assert [(r["environment"], r["method"], int(r["seed"]), float(r["success"])) for r in rows] == expected
     for one in plan(["fig-4.2"], SEEDS):
         assert f"] {one.name} ended after 0:0" in captured.err
-        assert ReproductionFolder("here").log(one).read_text() == f"working on {one.name}\n"
-        assert ReproductionFolder("here").run(one).config.read_text() == one.to_yaml()
+        assert ComparisonFolder("here").log(one).read_text() == f"working on {one.name}\n"
+        assert ComparisonFolder("here").run(one).config.read_text() == one.to_yaml()
     lines = captured.err.splitlines()
     assert lines[0] == "6 runs: 0 done, 6 to train, 2 at a time."
     assert lines[-1].startswith("[6/6] ") and lines[-1].endswith(lines[-1].split()[1])
@@ -160,7 +125,7 @@ def test_what_is_done_is_not_trained_again(trains, not_drawn, monkeypatch, capsy
     assert len(trains()) == 6
     before = {name: data for name, data in contents(RunFolder("here").path).items() if "/" in name}
     # Nothing is to be trained, however little memory is free.
-    monkeypatch.setattr(reproduce, "available", lambda: 0)
+    monkeypatch.setattr(side_by_side, "available", lambda: 0)
     monkeypatch.setattr(jobs, "START", "import sys; sys.exit(1)")
     assert call("fig-4.2", "--seeds", "6,1", "--out", "here") == 0
     again = capsys.readouterr()
@@ -171,7 +136,7 @@ def test_what_is_done_is_not_trained_again(trains, not_drawn, monkeypatch, capsy
 def test_only_what_is_missing_is_trained(trains, not_drawn, capsys):
     assert call("fig-4.2", *USUAL) == 0
     one = plan(["fig-4.2"], SEEDS)[3]
-    place = ReproductionFolder("here").run(one)
+    place = ComparisonFolder("here").run(one)
     shutil.rmtree(place.path)
     assert call("fig-4.2", *USUAL) == 0
     assert trains()[6:] == [f"train {one.name}"]
@@ -225,8 +190,8 @@ def test_interrupted_says_the_command_that_goes_on(trains, not_drawn, monkeypatc
 @pytest.mark.usefixtures("never_trains")
 def test_another_configuration_is_refused_and_nothing_changed(tmp_path, capsys):
     one = plan(["fig-4.2"], SEEDS)[0]
-    folder = ReproductionFolder("here")
-    folder.open()
+    folder = ComparisonFolder("here")
+    folder.open("This folder is for a test.")
     made_up.write_run(folder.run(one), one, {6: 0.5, 1: 0.5})
     before = contents(tmp_path)
     for words, said in (
@@ -305,28 +270,28 @@ def machine(monkeypatch):
     """Four cores, memory for three of the largest run, no GPU."""
     planned = plan(["fig-4.2", "fig-4.3"], SEEDS)
     sizes = {id(one.algorithm): 10 + index for index, one in enumerate(planned)}
-    monkeypatch.setattr(reproduce, "estimate", lambda algorithm, config: sizes[id(algorithm)])
-    monkeypatch.setattr(reproduce, "available", lambda: 3 * 18 + 1)
-    monkeypatch.setattr(reproduce, "available_cores", lambda: [0, 1, 2, 5])
+    monkeypatch.setattr(side_by_side, "estimate", lambda algorithm, config: sizes[id(algorithm)])
+    monkeypatch.setattr(side_by_side, "available", lambda: 3 * 18 + 1)
+    monkeypatch.setattr(side_by_side, "available_cores", lambda: [0, 1, 2, 5])
     return planned
 
 
 def test_as_many_at_once_as_there_are_cores_memory_and_runs_for(machine, monkeypatch):
-    at_once = reproduce._jobs_at_once
+    at_once = side_by_side._jobs_at_once
     assert at_once(None, machine) == 3
     assert at_once(None, machine[:2]) == 2
-    monkeypatch.setattr(reproduce, "available_cores", lambda: [7])
+    monkeypatch.setattr(side_by_side, "available_cores", lambda: [7])
     assert at_once(None, machine) == 1
     assert at_once(5, machine) == 5, "what is asked for counts"
-    monkeypatch.setattr(reproduce, "available_cores", lambda: [0, 1])
+    monkeypatch.setattr(side_by_side, "available_cores", lambda: [0, 1])
     monkeypatch.setattr("jax.default_backend", lambda: "gpu")
     assert at_once(None, machine) == 1
 
 
 def test_a_run_that_does_not_fit_is_one_line(machine, monkeypatch, capsys):
-    monkeypatch.setattr(reproduce, "estimate", lambda algorithm, config: 3 * 2**30)
-    monkeypatch.setattr(reproduce, "available", lambda: 2**30)
-    monkeypatch.setattr(reproduce, "run_jobs", lambda *_: pytest.fail("it began to train"))
+    monkeypatch.setattr(side_by_side, "estimate", lambda algorithm, config: 3 * 2**30)
+    monkeypatch.setattr(side_by_side, "available", lambda: 2**30)
+    monkeypatch.setattr(side_by_side, "run_jobs", lambda *_: pytest.fail("it began to train"))
     assert call("fig-4.2", "--out", "here") == 2
     line = one_line(capsys)
     assert in_gib(3 * 2**30) in line and in_gib(2**30) in line and "--seeds" in line
@@ -335,7 +300,7 @@ def test_a_run_that_does_not_fit_is_one_line(machine, monkeypatch, capsys):
 def test_status_is_said_now_and_then(monkeypatch, capsys, tmp_path):
     now = [100.0]
     monkeypatch.setattr("time.monotonic", lambda: now[0])
-    watch = reproduce._Watch(total=5, missing=2)
+    watch = side_by_side._Watch(total=5, missing=2)
     one, two = (jobs.Job(name, (), tmp_path / name) for name in ("one", "two"))
     one.log.write_text("generation 3\n")
     watch([one, two], [])

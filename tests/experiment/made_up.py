@@ -6,9 +6,9 @@ from collections.abc import Mapping
 import numpy as np
 
 import skillcrew as sc
+from skillcrew.experiment.comparison import PlannedRun
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.metrics import MetricsLog
-from skillcrew.experiment.reproduction import PlannedRun
 
 EPISODES = 20
 METHODS = {"madys": "MADyS", "mfl": "MFL", "ea": "EA"}
@@ -18,11 +18,8 @@ STEPS = {"rover-t2-c1": 8000, "rover-t2-c2": 6000, "rover-t3-c1": 9000}
 
 def shrink(monkeypatch, resamples: int = 40) -> None:
     """Three methods in two environments and in one, each of a few thousand steps; quick bootstraps."""
-    for module in ("experiment.reproduction", "analysis.reproduction_report"):
-        monkeypatch.setattr(f"skillcrew.{module}.METHODS", METHODS)
-        monkeypatch.setattr(f"skillcrew.{module}.FIGURES", FIGURES)
-    monkeypatch.setattr("skillcrew.experiment.reproduction.STEPS", STEPS)
-    monkeypatch.setattr("skillcrew.experiment.reproduction.LEAST_STEPS", 100)
+    for name, value in {"METHODS": METHODS, "FIGURES": FIGURES, "STEPS": STEPS, "LEAST_STEPS": 100}.items():
+        monkeypatch.setattr(f"skillcrew.experiment.reproduction.{name}", value)
     monkeypatch.setattr("skillcrew.analysis.comparison.RESAMPLES", resamples)
 
 

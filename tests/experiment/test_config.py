@@ -75,6 +75,9 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
             learner=altered(sc.TD3Config(), network=sc.NetworkConfig((6, 7, 8), "none")),
             plateau=altered(sc.PlateauConfig()),
             strategy=altered(StrategyConfig()),
+            coevolution=sc.CoevolutionConfig(
+                3, "min", altered(sc.HallOfFameConfig(), sampling="proportional")
+            ),
             race=altered(RaceConfig(), finalists=0),
         ),
     )

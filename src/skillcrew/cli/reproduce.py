@@ -1,26 +1,13 @@
 """`skillcrew reproduce FIGURE`."""
 
 import dataclasses
-import shlex
-import sys
-import time
-from collections.abc import Sequence
 from pathlib import Path
 
-import jax
-from rich.console import Console
-
-from skillcrew.analysis.reproduction_report import write_results
 from skillcrew.cli.arguments import Seeds
-from skillcrew.cli.jobs import Job, available_cores, run_jobs
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
-from skillcrew.errors import UserError
+from skillcrew.cli.side_by_side import run_side_by_side
 from skillcrew.experiment import reproduction
-from skillcrew.experiment.files import write_whole
-from skillcrew.experiment.memory import available, estimate, in_gib
-from skillcrew.experiment.progress import clock
-from skillcrew.experiment.reproduction import PlannedRun, ReproductionFolder
 
 USAGE = (
     "usage: skillcrew reproduce FIGURE [OPTIONS]\n\n"
@@ -32,9 +19,6 @@ USAGE = (
 )
 
 DEFAULT_SEEDS = Seeds(reproduction.SEEDS)
-
-STATUS_SECONDS = 60.0
-"""Time between two rounds of lines about what runs."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,98 +46,5 @@ def run(words: list[str]) -> int:
     options = parse_options(
         ReproduceOptions, words[1:], ReproduceOptions(), f"skillcrew reproduce {places[0]}", USAGE
     )
-    planned = reproduction.plan(figures, tuple(options.seeds), options.budget)
-    folder = ReproductionFolder(options.out)
-    if options.jobs is not None and options.jobs < 1:
-        raise UserError(f"--jobs {options.jobs}: give at least 1")
-    folder.open()
-    missing = [one for one in planned if not folder.is_done(one)]
-    again = f"`skillcrew reproduce {shlex.join(words)}`"
-    if missing:
-        at_once = _jobs_at_once(options.jobs, missing)
-        if not _train(missing, folder, at_once, len(planned), again):
-            return 130
-    for path in write_results(folder, figures, planned):
-        print(path)
-    return 0
-
-
-def _train(
-    missing: list[PlannedRun], folder: ReproductionFolder, at_once: int, total: int, again: str
-) -> bool:
-    """Trains runs side by side; False if interrupted."""
-    # The longest first, so that none is left to run alone in the end.
-    missing = sorted(missing, key=_cost, reverse=True)
-    watch = _Watch(total, len(missing))
-    watch.say(f"{total} runs: {total - len(missing)} done, {len(missing)} to train, {at_once} at a time.")
-    failed, interrupted = run_jobs([_job(one, folder) for one in missing], at_once, watch)
-    if failed:
-        raise UserError(
-            f"{failed[0].name} failed: {failed[0].last_line()} (all it said is in {failed[0].log}); mend "
-            f"that, then {again} goes on"
-        )
-    if interrupted:
-        print(f"Interrupted and saved. {again} goes on.", file=sys.stderr)
-    return not interrupted
-
-
-def _job(planned: PlannedRun, folder: ReproductionFolder) -> Job:
-    """Begins a run, or goes on with it."""
-    where = folder.run(planned)
-    if where.path.exists():
-        words = ("resume", str(where.path))
-    else:
-        text = planned.to_yaml()
-        config = folder.configurations / f"{planned.name}.yaml"
-        write_whole(config, lambda path: path.write_text(text))
-        where.path.parent.mkdir(parents=True, exist_ok=True)
-        words = ("train", "--config", str(config), "--out", str(where.path))
-    return Job(planned.name, words, folder.log(planned))
-
-
-def _cost(planned: PlannedRun) -> int:
-    return planned.config.steps * planned.algorithm.env.n_agents
-
-
-def _jobs_at_once(asked: int | None, planned: Sequence[PlannedRun]) -> int:
-    """As many as asked for, or as there are cores and memory for."""
-    if asked is not None:
-        return asked
-    if jax.default_backend() != "cpu":
-        return 1
-    largest = max(estimate(one.algorithm, one.config) for one in planned)
-    fit = available() // largest
-    if fit < 1:
-        raise UserError(
-            f"the largest run needs about {in_gib(largest)} and the machine has {in_gib(available())} free; "
-            "give fewer --seeds"
-        )
-    return min(fit, len(planned), len(available_cores()))
-
-
-class _Watch:
-    """Says what has begun and ended, and now and then what runs."""
-
-    def __init__(self, total: int, missing: int):
-        self._console = Console(stderr=True)
-        self._total, self._done = total, total - missing
-        self._begun: dict[Job, float] = {}
-        self._last = time.monotonic()
-
-    def say(self, line: str) -> None:
-        self._console.print(line, soft_wrap=True, highlight=False, markup=False)
-
-    def __call__(self, running: Sequence[Job], ended: Sequence[Job]) -> None:
-        now = time.monotonic()
-        for job in running:
-            if job not in self._begun:
-                self._begun[job] = now
-                self.say(f"{job.name} begins")
-        for job in ended:
-            self._done += 1
-            took = clock(now - self._begun.get(job, now))
-            self.say(f"[{self._done}/{self._total}] {job.name} ended after {took}: {job.last_line()}")
-        if now - self._last >= STATUS_SECONDS:
-            self._last = now
-            for job in running:
-                self.say(f"  {job.name}: {job.last_line()}")
+    comparison = reproduction.reproduction(figures, tuple(options.seeds), options.budget)
+    return run_side_by_side(comparison, options.out, options.jobs, ["reproduce", *words])

@@ -9,7 +9,7 @@ from skillcrew.cli.arguments import Seeds
 from skillcrew.cli.conclusion import run_and_report
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
-from skillcrew.envs.presets import PRESETS, make, preset
+from skillcrew.envs.presets import PRESETS, make_configured, preset
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig, from_yaml
@@ -60,10 +60,7 @@ def run(words: list[str]) -> int:
     algorithm_name, environment_name = names
     kind = algorithm_class(algorithm_name)
     options = _options(kind, preset(environment_name), words)
-    changes = {
-        field.name: getattr(options.environment, field.name) for field in dataclasses.fields(RoverConfig)
-    }
-    algorithm = kind(make(environment_name, **changes), options.algorithm)
+    algorithm = kind(make_configured(environment_name, options.environment), options.algorithm)
     return train_and_report(algorithm, options)
 
 

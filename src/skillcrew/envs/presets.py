@@ -45,4 +45,13 @@ def make(name: str, **overrides: Any) -> Environment:
     for field in overrides:
         if field not in fields:
             raise unknown_name(f"field of {name}", field, fields)
-    return RoverDomain(dataclasses.replace(config, **overrides), name)
+    return make_configured(name, dataclasses.replace(config, **overrides))
+
+
+def make_configured(name: str, config: RoverConfig) -> Environment:
+    """Makes an environment with every field given.
+
+    Args:
+        name: the preset that it comes from.
+    """
+    return RoverDomain(config, name)

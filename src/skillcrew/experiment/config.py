@@ -10,7 +10,7 @@ import yaml
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.algorithms.registry import algorithm_class, make_algorithm
 from skillcrew.envs.environment import Environment
-from skillcrew.envs.presets import make, preset
+from skillcrew.envs.presets import make_configured, preset
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.errors import UserError, unknown_name
 
@@ -70,21 +70,46 @@ def from_yaml(path: Path, env: Environment | None = None) -> tuple[Algorithm, Ru
     Raises:
         UserError: unreadable, or a section, field or value that is not valid; the line names it.
     """
-    try:
-        sections = yaml.safe_load(path.read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UserError(f"{path}: cannot be read as YAML ({_first_line(error)})") from error
-    if not isinstance(sections, dict) or set(sections) != {"algorithm", "environment", "run"}:
+    sections = _sections(path)
+    if set(sections) != {"algorithm", "environment", "run"}:
         raise UserError(f"{path}: needs the sections algorithm, environment and run, and no others")
     run = parse(RunConfig, sections["run"], f"{path}: run")
     if env is None:
         env = _environment(sections["environment"], f"{path}: environment")
-    name, fields = _named(sections["algorithm"], f"{path}: algorithm")
+    return _algorithm(sections["algorithm"], f"{path}: algorithm", env), run
+
+
+def algorithm_from_yaml(path: Path, env: Environment) -> Algorithm:
+    """Makes the algorithm of a configuration file in an environment; other sections are not looked at.
+
+    Fields that the file does not give have their defaults.
+
+    Raises:
+        UserError: unreadable, or a field or value that is not valid; the line names it.
+    """
+    sections = _sections(path)
+    if "algorithm" not in sections:
+        raise UserError(f"{path}: needs a section algorithm")
+    return _algorithm(sections["algorithm"], f"{path}: algorithm", env)
+
+
+def _sections(path: Path) -> dict[str, Any]:
     try:
-        config = parse(algorithm_class(name).config_class, fields, f"{path}: algorithm")
-        return make_algorithm(name, env, config), run
+        sections = yaml.safe_load(path.read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise UserError(f"{path}: cannot be read as YAML ({_first_line(error)})") from error
+    if not isinstance(sections, dict):
+        raise UserError(f"{path}: needs the sections algorithm, environment and run, and no others")
+    return sections
+
+
+def _algorithm(section: Any, where: str, env: Environment) -> Algorithm:
+    name, fields = _named(section, where)
+    try:
+        config = parse(algorithm_class(name).config_class, fields, where)
+        return make_algorithm(name, env, config)
     except UserError as error:
-        raise UserError(_placed(f"{path}: algorithm", str(error))) from error
+        raise UserError(_placed(where, str(error))) from error
 
 
 def parse(kind: Any, values: Any, where: str) -> Any:
@@ -123,7 +148,7 @@ def _environment(section: Any, where: str) -> Environment:
     except UserError as error:
         raise UserError(_placed(where, str(error))) from error
     config = parse(RoverConfig, fields, where)
-    return make(name, **{field.name: getattr(config, field.name) for field in dataclasses.fields(config)})
+    return make_configured(name, config)
 
 
 def _named(section: Any, where: str) -> tuple[str, dict[str, Any]]:

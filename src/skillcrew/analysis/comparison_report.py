@@ -1,9 +1,8 @@
-"""What a reproduction ends in: figures, tables, and copies of what each run was made with."""
+"""What a comparison ends in: figures, tables, and copies of what each run was made with."""
 
 import dataclasses
 import json
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,46 +15,29 @@ from skillcrew.analysis.curves import Curve, panels_of_curves
 from skillcrew.analysis.report import SMOOTHING, learning_curve
 from skillcrew.analysis.tables import Entry, write_tables
 from skillcrew.errors import UserError
+from skillcrew.experiment.comparison import Comparison, ComparisonFolder, PlannedRun
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder, describe_environment
-from skillcrew.experiment.reproduction import (
-    FIGURES,
-    METHODS,
-    PlannedRun,
-    ReproductionFolder,
-    environments_of,
-)
 from skillcrew.experiment.run import Run
 
 
-def write_results(
-    folder: ReproductionFolder, figures: Sequence[str], planned: Sequence[PlannedRun]
-) -> list[Path]:
+def write_results(folder: ComparisonFolder, comparison: Comparison) -> list[Path]:
     """Draws the figures and writes the tables of runs that are all done.
-
-    Args:
-        figures: as `figures_of` gives them.
-        planned: all their runs.
 
     Returns:
         The files written, those to look at first before the others.
     """
-    curves = {one.name: _curve(folder.run(one), one) for one in planned}
+    runs = comparison.runs
+    curves = {one.name: _curve(folder.run(one), one) for one in runs}
     written = []
-    for figure in figures:
+    for figure in comparison.figures:
         panels = {
-            environment: [curves[one.name] for one in planned if one.environment == environment]
-            for environment in environments_of(figure)
+            environment: [curves[one.name] for one in runs if one.environment == environment]
+            for environment in figure.environments
         }
-        drawn = f"mean of {len(planned[0].config.seeds)} seeds, 95 % intervals"
-        title = (
-            f"{figure.replace('fig-', 'Figure ')} of the thesis, again: {drawn}"
-            if figure in FIGURES
-            else drawn
-        )
-        written += save(panels_of_curves(panels, title), folder.figures / figure)
-    written += write_tables(folder.path, [_entry(folder.run(one), one, curves[one.name]) for one in planned])
-    for one in planned:
+        written += save(panels_of_curves(panels, figure.title), folder.figures / figure.name)
+    written += write_tables(folder.path, [_entry(folder.run(one), one, curves[one.name]) for one in runs])
+    for one in runs:
         written += _copy_skills(folder, one)
         text = one.to_yaml()
         configuration = folder.configurations / f"{one.name}.yaml"
@@ -66,7 +48,7 @@ def write_results(
 
 
 def _curve(where: RunFolder, planned: PlannedRun) -> Curve:
-    curve = learning_curve(Run(where.path), METHODS[planned.method])
+    curve = learning_curve(Run(where.path), planned.label)
     return dataclasses.replace(
         curve, pretrained_at=getattr(planned.algorithm.config, "pretraining_steps", None)
     )
@@ -78,7 +60,7 @@ def _entry(where: RunFolder, planned: PlannedRun, curve: Curve) -> Entry:
 
     return Entry(
         environment=planned.environment,
-        method=METHODS[planned.method],
+        method=planned.label,
         seeds=planned.config.seeds,
         steps=planned.config.steps,
         success=np.array([seed["mean"] for seed in _scores(where)]),
@@ -88,7 +70,7 @@ def _entry(where: RunFolder, planned: PlannedRun, curve: Curve) -> Entry:
     )
 
 
-def _copy_skills(folder: ReproductionFolder, planned: PlannedRun) -> list[Path]:
+def _copy_skills(folder: ComparisonFolder, planned: PlannedRun) -> list[Path]:
     """The chosen skills of the seed with the median success, where there is something to choose."""
     if len(planned.algorithm.choices()) < 2:
         return []

@@ -1,4 +1,4 @@
-"""What a reproduction ends in, from runs whose curves and scores are made up, and from a real one."""
+"""What a comparison ends in, from runs whose curves and scores are made up, and from a real one."""
 
 import csv
 import json
@@ -10,10 +10,11 @@ import yaml
 
 import skillcrew as sc
 from experiment import made_up, tiny
-from skillcrew.analysis import reproduction_report
+from skillcrew.analysis import comparison_report
+from skillcrew.analysis.comparison_report import write_results
 from skillcrew.analysis.report import write_report
-from skillcrew.analysis.reproduction_report import write_results
-from skillcrew.experiment.reproduction import PlannedRun, ReproductionFolder, plan
+from skillcrew.experiment.comparison import Comparison, ComparisonFolder, PlannedRun
+from skillcrew.experiment.reproduction import plan, reproduction
 
 SEEDS = (7, 3, 20, 5)
 # The two in the middle are seeds 20 and 7, and the upper one of them is 7.
@@ -23,8 +24,8 @@ WINS = {7: 12, 3: 20, 20: 9, 5: 0}
 @pytest.fixture
 def folder(monkeypatch, tmp_path):
     made_up.shrink(monkeypatch)
-    folder = ReproductionFolder(tmp_path / "reproduction")
-    folder.open()
+    folder = ComparisonFolder(tmp_path / "reproduction")
+    folder.open("This folder is for a test.")
     return folder
 
 
@@ -43,6 +44,11 @@ def planned(folder):
     return planned
 
 
+def results(folder, figures, planned):
+    seeds = planned[0].config.seeds
+    return write_results(folder, Comparison("", planned, reproduction(figures, seeds).figures))
+
+
 @pytest.fixture
 def not_drawn(monkeypatch):
     """Spares what takes longest; the paths are the same."""
@@ -50,16 +56,16 @@ def not_drawn(monkeypatch):
     def paths(figure, stem):
         return [stem.with_name(f"{stem.name}.{kind}") for kind in ("png", "pdf")]
 
-    monkeypatch.setattr(reproduction_report, "save", paths)
+    monkeypatch.setattr(comparison_report, "save", paths)
 
 
 @pytest.fixture
 def drawn(monkeypatch, not_drawn):
     """The panels that are drawn, and what they are called."""
     caught = []
-    draw = reproduction_report.panels_of_curves
+    draw = comparison_report.panels_of_curves
     monkeypatch.setattr(
-        reproduction_report, "panels_of_curves", lambda *given: caught.append(given) or draw(*given)
+        comparison_report, "panels_of_curves", lambda *given: caught.append(given) or draw(*given)
     )
     return caught
 
@@ -70,7 +76,7 @@ def table(folder):
 
 
 def test_everything_is_written_and_named(folder, planned):
-    written = write_results(folder, ["fig-4.2"], planned)
+    written = results(folder, ["fig-4.2"], planned)
     names = [str(path.relative_to(folder.path)) for path in written]
     skills = [f"{one.name}.{kind}" for one in planned if one.method != "ea" for kind in ("png", "pdf")]
     assert names == [
@@ -90,7 +96,7 @@ def test_everything_is_written_and_named(folder, planned):
 
 
 def test_curves_stand_in_the_panel_of_their_environment(folder, planned, drawn):
-    write_results(folder, ["fig-4.2"], planned)
+    results(folder, ["fig-4.2"], planned)
     ((panels, title),) = drawn
     assert title == f"Figure 4.2 of the thesis, again: mean of {len(SEEDS)} seeds, 95 % intervals"
     assert list(panels) == ["rover-t2-c1", "rover-t2-c2"]
@@ -109,7 +115,7 @@ def test_curves_stand_in_the_panel_of_their_environment(folder, planned, drawn):
 
 def test_an_environment_alone_has_a_panel_and_no_figure_of_the_thesis(folder, planned, drawn):
     alone = [one for one in planned if one.environment == "rover-t2-c2"]
-    written = write_results(folder, ["rover-t2-c2"], alone)
+    written = results(folder, ["rover-t2-c2"], alone)
     ((panels, title),) = drawn
     assert title == f"mean of {len(SEEDS)} seeds, 95 % intervals"
     assert list(panels) == ["rover-t2-c2"]
@@ -122,7 +128,7 @@ def test_several_figures_share_their_tables(folder, drawn):
     for one in planned:
         made_up.write_run(folder.run(one), one, {1: 0.5})
         made_up.write_report(folder.run(one), {1: 10})
-    written = write_results(folder, ["fig-4.2", "fig-4.3"], planned)
+    written = results(folder, ["fig-4.2", "fig-4.3"], planned)
     assert [path.name for path in written[:6]] == [
         *["fig-4.2.png", "fig-4.2.pdf", "fig-4.3.png", "fig-4.3.pdf"],
         *["table.md", "table.csv"],
@@ -136,7 +142,7 @@ def test_several_figures_share_their_tables(folder, drawn):
 
 
 def test_the_table_has_what_each_seed_reached(folder, planned, not_drawn):
-    write_results(folder, ["fig-4.2"], planned)
+    results(folder, ["fig-4.2"], planned)
     rows = iter(table(folder))
     for index, one in enumerate(planned):
         for seed, height in heights(-index).items():
@@ -157,7 +163,7 @@ def test_the_table_has_what_each_seed_reached(folder, planned, not_drawn):
 
 
 def test_the_skills_are_those_of_the_seed_with_the_median_success(folder, planned, not_drawn):
-    write_results(folder, ["fig-4.2"], planned)
+    results(folder, ["fig-4.2"], planned)
     first = planned[0]
     for kind in ("png", "pdf"):
         copy = (folder.figures / f"skills-{first.name}.{kind}").read_text()
@@ -170,7 +176,7 @@ def test_among_an_odd_number_of_seeds_the_median_is_in_the_middle(folder, not_dr
     for one in planned:
         made_up.write_run(folder.run(one), one, dict.fromkeys(one.config.seeds, 0.5))
         made_up.write_report(folder.run(one), {1: 20, 2: 0, 3: 1, 4: 6, 5: 3})
-    write_results(folder, ["fig-4.3"], planned)
+    results(folder, ["fig-4.3"], planned)
     assert " 5 png" in (folder.figures / f"skills-{planned[0].name}.png").read_text()
 
 
@@ -181,7 +187,7 @@ def test_damaged_scores_name_the_command_that_mends_them(folder, planned, not_dr
         if damage is not None:
             scores.write_text(damage)
         with pytest.raises(sc.UserError) as caught:
-            write_results(folder, ["fig-4.2"], planned)
+            results(folder, ["fig-4.2"], planned)
         assert str(caught.value).startswith(f"{scores}: missing or damaged; `skillcrew resume {place}`")
         assert "\n" not in str(caught.value)
         scores.touch()
@@ -191,7 +197,7 @@ def test_a_missing_picture_is_named(folder, planned, not_drawn):
     picture = folder.run(planned[0]).report / "chosen_skills_seed_7.png"
     picture.unlink()
     with pytest.raises(sc.UserError) as caught:
-        write_results(folder, ["fig-4.2"], planned)
+        results(folder, ["fig-4.2"], planned)
     assert str(picture) in str(caught.value) and "\n" not in str(caught.value)
 
 
@@ -214,14 +220,15 @@ def test_scores_are_those_of_the_report(folder, planned, monkeypatch):
 def test_a_run_that_was_really_trained(folder, finished):
     trained = sc.Run(finished)
     planned = [
-        PlannedRun("rover-t2-c2", method, trained.algorithm, trained.config) for method in ("madys", "mfl")
+        PlannedRun("rover-t2-c2", label.lower(), label, trained.algorithm, trained.config)
+        for label in ("MADyS", "MFL")
     ]
     evaluation = trained.evaluate(20)
     first, second = (folder.run(one).path for one in planned)
     write_report(sc.Run(shutil.copytree(finished, first)), evaluation)
     shutil.copytree(first, second)
     assert all(folder.is_done(one) for one in planned)
-    written = write_results(folder, ["rover-t2-c2"], planned)
+    written = results(folder, ["rover-t2-c2"], planned)
     assert all(path.exists() for path in written)
     rates = evaluation.returns.mean(1)
     median = tiny.SEEDS[int(np.argmax(rates))] if rates[0] != rates[1] else max(tiny.SEEDS)
