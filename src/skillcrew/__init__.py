@@ -2,6 +2,12 @@
 
 from skillcrew.algorithms.ccea import CCEA, CCEAConfig
 from skillcrew.algorithms.ea import EA, EAConfig
+from skillcrew.algorithms.independent import (
+    IndependentDDPG,
+    IndependentDDPGConfig,
+    IndependentTD3,
+    IndependentTD3Config,
+)
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.madys_plus import MADySPlus, MADySPlusConfig
 from skillcrew.algorithms.mfl import MFL, MFLConfig
@@ -36,6 +42,10 @@ __all__ = [
     "Evaluation",
     "EvolutionConfig",
     "HallOfFameConfig",
+    "IndependentDDPG",
+    "IndependentDDPGConfig",
+    "IndependentTD3",
+    "IndependentTD3Config",
     "Interrupted",
     "MADyS",
     "MADySConfig",

@@ -8,6 +8,7 @@ from jaxtyping import Array, Bool, Float, Key, PyTree
 
 from skillcrew.conditional import run_unless
 from skillcrew.learners.td3 import TD3, Batch, TD3State
+from skillcrew.learners.training import train_learners
 from skillcrew.replay import ReplayBuffer
 
 
@@ -34,18 +35,16 @@ def train_skills(
     n_skills = stopped.shape[0]
     config = learner.config
 
-    def one_round(learners, key):
-        key_sample, key_update = jax.random.split(key)
-        batches = _sample(key_sample, buffer, experience, n_skills, config.policy_delay, config.batch_size)
-        if not task_ends_skills:
-            batches = dataclasses.replace(batches, terminated=jnp.zeros_like(batches.terminated))
-        return jax.vmap(learner.update)(learners, batches, jax.random.split(key_update, n_skills))
+    def draw(key: Key[Array, ""]) -> Batch:
+        batches = _sample(key, buffer, experience, n_skills, config.policy_delay, config.batch_size)
+        if task_ends_skills:
+            return batches
+        return dataclasses.replace(batches, terminated=jnp.zeros_like(batches.terminated))
 
     def train(learners):
-        keys = jax.random.split(key, updates // config.policy_delay)
-        trained, losses = jax.lax.scan(one_round, learners, keys)
+        trained, losses = train_learners(key, learner, learners, draw, updates)
         kept = jax.tree.map(lambda new, old: _where(stopped, old, new), trained, learners)
-        return kept, jax.tree.map(lambda loss: jnp.where(stopped, jnp.nan, loss.mean(0)), losses)
+        return kept, jax.tree.map(lambda loss: jnp.where(stopped, jnp.nan, loss), losses)
 
     nothing = {name: jnp.full(n_skills, jnp.nan) for name in ("critic_loss", "actor_loss")}
     return run_unless(stopped.all(), lambda carry: train(carry[0]), (learners, nothing))

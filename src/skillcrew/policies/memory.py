@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Key, PyTree
 
 from skillcrew.errors import UserError, unknown_name
+from skillcrew.policies.actor import Actor
 from skillcrew.policies.network import MLP, InputScaling, NetworkConfig, scale_input
 
 
@@ -58,6 +59,11 @@ class MemoryNetwork(eqx.Module):
         key_network, key_unit = jax.random.split(key)
         unit = eqx.nn.GRUCell(observation_size, config.memory, key=key_unit)
         return cls(MLP.create(key_network, sizes), unit, config.input_scaling)
+
+    @classmethod
+    def of_actor(cls, actor: Actor) -> "MemoryNetwork":
+        """An actor as a network without memory; its tanh is left to the team."""
+        return cls(actor.network, None, actor.input_scaling)
 
     def initial_memory(self) -> Float[Array, " units"]:
         """What is remembered before the first step: nothing."""

@@ -75,6 +75,24 @@ class ActorTeam(eqx.Module):
         return jnp.tanh(outputs), memory, jnp.zeros(self.n_agents, jnp.int32)
 
 
+class NoisyTeam(eqx.Module):
+    """A team that explores: Gaussian noise on every action, which is then clipped to [-1, 1]."""
+
+    team: Team
+    deviation: float = eqx.field(static=True)
+
+    def initial_memory(self) -> PyTree:
+        return self.team.initial_memory()
+
+    def act(
+        self, observation: Float[Array, "agents obs"], memory: PyTree, key: Key[Array, ""]
+    ) -> tuple[Float[Array, "agents act"], PyTree, Int[Array, " agents"]]:
+        key_team, key_noise = jax.random.split(key)
+        action, memory, choice = self.team.act(observation, memory, key_team)
+        noise = self.deviation * jax.random.normal(key_noise, action.shape)
+        return jnp.clip(action + noise, -1.0, 1.0), memory, choice
+
+
 class FixedChoiceTeam(eqx.Module):
     """All agents use one skill throughout: how well a skill does what it is trained for."""
 
