@@ -2,6 +2,7 @@
 
 from skillcrew.algorithms.ccea import CCEA, CCEAConfig
 from skillcrew.algorithms.ea import EA, EAConfig
+from skillcrew.algorithms.erl import ERL, ERLConfig
 from skillcrew.algorithms.independent import (
     IndependentDDPG,
     IndependentDDPGConfig,
@@ -33,11 +34,13 @@ from skillcrew.policies.team import Team
 __all__ = [
     "CCEA",
     "EA",
+    "ERL",
     "MFL",
     "TD3",
     "CCEAConfig",
     "CoevolutionConfig",
     "EAConfig",
+    "ERLConfig",
     "Environment",
     "Evaluation",
     "EvolutionConfig",

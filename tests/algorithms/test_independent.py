@@ -11,7 +11,7 @@ import skillcrew as sc
 from oracles.aiming import AGENTS, COMMON, TARGETS, Aiming
 from oracles.refusals import refusal, unhooked
 from oracles.rover_cases import quick_jit
-from skillcrew.algorithms import actor_learning
+from skillcrew.algorithms import independent
 from skillcrew.algorithms.actor_learning import ActorLearning, ActorLearningConfig
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.replay import Transitions
@@ -80,14 +80,14 @@ def test_the_reward_is_the_one_that_was_named() -> None:
         "local": [11.0, 22.0, 33.0],
         "team": [7.0, 7.0, 7.0],
     }.items():
-        learning = ActorLearning(Aiming(), ActorLearningConfig(reward=reward))
+        learning = ActorLearning(Aiming(), ActorLearningConfig(reward=reward), AGENTS)
         # Of each of three actors, one batch of one transition.
         assert learning._reward(jax.tree.map(lambda leaf: leaf[:, None], drawn)).ravel().tolist() == expected
     assert COMMON not in TARGETS
 
 
 def test_another_sharing_is_refused() -> None:
-    message = refusal(unhooked(actor_learning).ActorLearningConfig, sharing="everyone")
+    message = refusal(unhooked(independent).IndependentTD3Config, sharing="everyone")
     assert message == "unknown sharing 'everyone'; valid, nearest first: agent, team"
 
 

@@ -61,7 +61,7 @@ def test_overrides_replace_fields_of_the_configuration() -> None:
 def test_algorithms_are_found_by_name() -> None:
     assert algorithm_class("madys") is MADyS
     assert isinstance(make_algorithm("madys", ENV), MADyS)
-    assert set(ALGORITHMS) == {"madys", "madys-plus", "mfl", "ea", "ccea", "td3", "ddpg"}
+    assert set(ALGORITHMS) == {"madys", "madys-plus", "mfl", "ea", "ccea", "erl", "td3", "ddpg"}
     assert all(kind.name == name for name, kind in ALGORITHMS.items())
     with pytest.raises(UserError, match="unknown algorithm 'madis'; valid, nearest first: madys"):
         algorithm_class("madis")

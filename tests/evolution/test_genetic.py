@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 from oracles.rover_cases import quick_jit
+from skillcrew.evolution.evolver import Migrants
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState, next_generation
 from skillcrew.evolution.lineage import Lineage
 from skillcrew.evolution.mutation import MutationConfig
@@ -245,3 +246,30 @@ def test_standing_takes_in_the_present_evaluation() -> None:
     np.testing.assert_allclose(
         GENETIC.standing(known_population(), jnp.asarray(FITNESS)), expected, rtol=1e-5
     )
+
+
+@pytest.mark.parametrize("arrive", [True, False])
+def test_migrants_take_the_places_of_the_worst(arrive: bool) -> None:
+    """Of what is known of everybody, not of one unlucky evaluation; and nothing is known of them yet."""
+    evolver = GeneticAlgorithm(CONFIG, draw)
+    rng = np.random.default_rng(6)
+    mean = jnp.asarray(rng.uniform(0, 1, POPULATION).astype(np.float32))
+    state = GeneticState(draw(jax.random.key(0), POPULATION), Lineage(mean, jnp.full(POPULATION, 4.0)))
+    fitness = jnp.asarray(rng.uniform(0, 1, POPULATION).astype(np.float32))
+    newcomers = Migrants(jnp.full((2, GENES), 9.0), jnp.array([0.25, 0.5]), jnp.asarray(arrive))
+    after, told = evolver.admit(state, fitness, newcomers)
+    known = 4 * np.asarray(mean) + np.asarray(fitness)
+    worst = set(np.argsort(known)[:2].tolist()) if arrive else set()
+    assert set(np.flatnonzero((np.asarray(after.genomes) == 9.0).all(1)).tolist()) == worst
+    assert int(np.argmin(fitness)) not in worst, "the unluckiest is not the worst"
+    for one in range(POPULATION):
+        if one in worst:
+            assert float(after.lineage.evaluations[one]) == 0.0
+            assert float(told[one]) in (0.25, 0.5)
+        else:
+            np.testing.assert_array_equal(after.genomes[one], state.genomes[one])
+            assert (float(told[one]), float(after.lineage.mean[one])) == (
+                float(fitness[one]),
+                float(mean[one]),
+            )
+            assert float(after.lineage.evaluations[one]) == 4.0

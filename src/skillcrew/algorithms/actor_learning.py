@@ -1,7 +1,7 @@
 """Actors that learn primitive actions by gradient, each on one reward: the gradient half of many systems."""
 
 import dataclasses
-from typing import Any, Literal
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -25,9 +25,6 @@ class ActorLearningConfig:
     reward: str = "team"
     """What each actor maximises: "team" for the team reward, "local" for the sum of its agent's local
     rewards, or the name of one of the environment's skills for that local reward alone."""
-    sharing: Literal["agent", "team"] = "agent"
-    """Whose an actor is: "agent" gives each agent its own, which learns from that agent's transitions alone;
-    "team" one to all, which learns from everybody's."""
     updates: int = 100
     """Critic updates per actor and generation; a multiple of learner.policy_delay."""
     exploration_noise: float = 0.1
@@ -39,8 +36,6 @@ class ActorLearningConfig:
     """How actors learn. The discount looks as far as the team's task takes."""
 
     def __post_init__(self) -> None:
-        if self.sharing not in ("agent", "team"):
-            raise unknown_name("sharing", str(self.sharing), ("agent", "team"))
         for field in ("updates", "buffer_capacity"):
             if getattr(self, field) < 1:
                 raise UserError(f"{field} = {getattr(self, field)}: give at least 1")
@@ -64,19 +59,23 @@ class ActorLearningState(eqx.Module):
 class ActorLearning:
     """One learner for each agent, or one for all, that learn from what teams live.
 
+    Args:
+        n_actors: as many as there are agents, each learning from its agent's transitions alone; or 1,
+            learning from everybody's.
+
     Raises:
         UserError: a reward that the environment lacks.
     """
 
-    def __init__(self, env: Environment, config: ActorLearningConfig):
+    def __init__(self, env: Environment, config: ActorLearningConfig, n_actors: int):
         if config.reward not in ("team", "local", *env.skills):
             raise unknown_name("reward", config.reward, ("team", "local", *env.skills))
         self.config = config
         self._env = env
-        self.n_actors = env.n_agents if config.sharing == "agent" else 1
+        self.n_actors = n_actors
         self._learner = TD3(config.learner, env.observation_size, env.action_size)
         self._buffer = ReplayBuffer(
-            config.buffer_capacity // self.n_actors, env.observation_size, env.action_size, len(env.skills)
+            config.buffer_capacity // n_actors, env.observation_size, env.action_size, len(env.skills)
         )
 
     def init(self, key: Key[Array, ""]) -> ActorLearningState:
@@ -86,9 +85,13 @@ class ActorLearning:
         experience = jax.tree.map(lambda leaf: jnp.stack([leaf] * self.n_actors), empty)
         return ActorLearningState(learners, experience)
 
+    def actors(self, state: ActorLearningState) -> MemoryNetwork:
+        """The actors as they stand, as networks that a team can act by."""
+        return jax.vmap(MemoryNetwork.of_actor)(state.learners.actor)
+
     def team(self, state: ActorLearningState) -> ActorTeam:
         """The actors as they stand, without noise."""
-        return ActorTeam(jax.vmap(MemoryNetwork.of_actor)(state.learners.actor), self._env.n_agents)
+        return ActorTeam(self.actors(state), self._env.n_agents)
 
     def learn(
         self, key: Key[Array, ""], state: ActorLearningState, lived: Trajectories

@@ -1,7 +1,7 @@
 """TD3 and DDPG on their own: agents that learn side by side, each as if the others were the world."""
 
 import dataclasses
-from typing import Any
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
@@ -11,7 +11,7 @@ from jaxtyping import Array, Int, Key
 from skillcrew.algorithms.actor_learning import ActorLearning, ActorLearningConfig, ActorLearningState
 from skillcrew.algorithms.algorithm import override
 from skillcrew.envs.environment import Environment
-from skillcrew.errors import UserError
+from skillcrew.errors import UserError, unknown_name
 from skillcrew.learners.td3 import TD3Config
 from skillcrew.policies.team import ActorTeam, NoisyTeam
 from skillcrew.rollout import Lineup, Start, rollout
@@ -21,11 +21,16 @@ from skillcrew.rollout import Lineup, Start, rollout
 class IndependentTD3Config(ActorLearningConfig):
     """Options of independent learners."""
 
+    sharing: Literal["agent", "team"] = "agent"
+    """Whose an actor is: "agent" gives each agent its own, which learns from that agent's transitions alone;
+    "team" one to all, which learns from everybody's."""
     episodes: int = 10
     """Episodes per generation, all with exploration noise."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.sharing not in ("agent", "team"):
+            raise unknown_name("sharing", str(self.sharing), ("agent", "team"))
         if self.episodes < 1:
             raise UserError(f"episodes = {self.episodes}: give at least 1")
 
@@ -62,7 +67,8 @@ class IndependentTD3:
     def __init__(self, env: Environment, config: Any = None, **overrides: Any):
         self.env = env
         self.config = override(self, config, overrides)
-        self._actors = ActorLearning(env, self.config)
+        n_actors = env.n_agents if self.config.sharing == "agent" else 1
+        self._actors = ActorLearning(env, self.config, n_actors)
         self._actors.transitions(self.config.episodes)
 
     def choices(self) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Int, Key, PyTree
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.coevolution import CoevolutionConfig, CooperativeCoevolution
-from skillcrew.evolution.evolver import Evolver
+from skillcrew.evolution.evolver import Evolver, Migrants
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm
 from skillcrew.evolution.selection import rank
 from skillcrew.evolution.strategy import EvolutionStrategy, StrategyConfig
@@ -152,21 +152,36 @@ class TeamSearch:
         """The networks of the team to report."""
         return self._codec.decode(self._evolver.champion(state))
 
+    def encode(self, networks: PyTree) -> Float[Array, " genes"]:
+        """The genome of a team's networks."""
+        return self._codec.encode(networks)
+
+    def fitness(self, episodes: Episodes, teams: int) -> Float[Array, " teams"]:
+        """Each team's mean discounted return; the worlds are ordered team by team."""
+        returns = episodes.team_return(self.config.fitness_discount)
+        return returns.reshape(teams, -1).mean(1)
+
     def evolve(
         self,
         key: Key[Array, ""],
         state: Any,
         episodes: Episodes,
         make_team: Callable[[PyTree], Team],
+        migrants: Migrants | None = None,
     ) -> tuple[Any, dict[str, Array]]:
         """Ranks the teams by the episodes of their lineup, after a race if there is one, and breeds.
+
+        Args:
+            migrants: take the place of the worst before anything else; for the genetic algorithm alone.
 
         Returns:
             The new state, and metrics, among them `race_steps`: environment steps of the race.
         """
-        returns = episodes.team_return(self.config.fitness_discount)
-        fitness = returns.reshape(self.config.population, -1).mean(1)
+        fitness = self.fitness(episodes, self.config.population)
         metrics = {"fitness_best": fitness.max(), "fitness_mean": fitness.mean()}
+        if migrants is not None:
+            assert isinstance(self._evolver, GeneticAlgorithm)
+            state, fitness = self._evolver.admit(state, fitness, migrants)
         evaluations = jnp.ones(self.config.population)
         if self.config.race.finalists:
             key, key_race = jax.random.split(key)

@@ -3,12 +3,22 @@
 from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
-from jaxtyping import Array, Float, Key
+import equinox as eqx
+from jaxtyping import Array, Bool, Float, Key
 
 Genome = Float[Array, " genes"]
 Genomes = Float[Array, "population genes"]
 Draw = Callable[[Key[Array, ""], int], Genomes]
 """Draws so many random genomes."""
+
+
+class Migrants(eqx.Module):
+    """Individuals from elsewhere, such as a learner's, which have lived the evaluation too."""
+
+    genomes: Float[Array, "migrants genes"]
+    fitness: Float[Array, " migrants"]
+    arrive: Bool[Array, ""]
+    """Whether they come this time."""
 
 
 @runtime_checkable

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float, Key
 
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.crossover import single_point
-from skillcrew.evolution.evolver import Draw
+from skillcrew.evolution.evolver import Draw, Migrants
 from skillcrew.evolution.lineage import Lineage
 from skillcrew.evolution.mutation import MutationConfig, mutate
 from skillcrew.evolution.selection import proportional, rank, tournament
@@ -102,6 +102,20 @@ class GeneticAlgorithm:
         evaluations: Float[Array, " population"] | float = 1.0,
     ) -> GeneticState:
         return next_generation(key, state, fitness, self.config, evaluations)
+
+    def admit(
+        self, state: GeneticState, fitness: Float[Array, " population"], migrants: Migrants
+    ) -> tuple[GeneticState, Float[Array, " population"]]:
+        """Migrants in the place of the worst, with nothing known of them but this evaluation."""
+        count = migrants.fitness.shape[0]
+        worst = rank(self.standing(state, fitness))[-count:]
+
+        def replaced(old: Array, new: Array | float) -> Array:
+            return jnp.where(migrants.arrive, old.at[worst].set(new), old)
+
+        lineage = Lineage(state.lineage.mean, replaced(state.lineage.evaluations, 0.0))
+        admitted = GeneticState(replaced(state.genomes, migrants.genomes), lineage)
+        return admitted, replaced(fitness, migrants.fitness)
 
     def standing(
         self, state: GeneticState, fitness: Float[Array, " population"]

@@ -37,6 +37,10 @@ class GenomeCodec:
         flat = jax.vmap(jax.vmap(lambda k: ravel_pytree(self._create(k))[0]))(keys)
         return flat.reshape(population, self.n_genes)
 
+    def encode(self, individual: Individual) -> Float[Array, " genes"]:
+        """The genome of one individual; the inverse of `decode`."""
+        return jax.vmap(lambda network: ravel_pytree(network)[0])(individual).reshape(-1)
+
     def decode(self, genome: Float[Array, " genes"]) -> Individual:
         """The individual of one genome: its leaves have a leading axis of networks."""
         return jax.vmap(self._unravel)(genome.reshape(self.networks, self.genes_per_network))

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, Key, PyTree
 
+from skillcrew.envs.joint import join, part
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.dispatch import apply_skills
 from skillcrew.policies.memory import MemoryNetwork, for_each_agent, initial_memories
@@ -73,6 +74,22 @@ class ActorTeam(eqx.Module):
         del key
         outputs, memory = for_each_agent(MemoryNetwork.__call__, self.actors, observation, memory)
         return jnp.tanh(outputs), memory, jnp.zeros(self.n_agents, jnp.int32)
+
+
+class JointTeam(eqx.Module):
+    """A team of one, which sees and moves all agents, as the team of those agents."""
+
+    team: Team
+    n_agents: int = eqx.field(static=True)
+
+    def initial_memory(self) -> PyTree:
+        return self.team.initial_memory()
+
+    def act(
+        self, observation: Float[Array, "agents obs"], memory: PyTree, key: Key[Array, ""]
+    ) -> tuple[Float[Array, "agents act"], PyTree, Int[Array, " agents"]]:
+        action, memory, choice = self.team.act(join(observation), memory, key)
+        return part(action, self.n_agents), memory, jnp.broadcast_to(choice, (self.n_agents,))
 
 
 class NoisyTeam(eqx.Module):
