@@ -63,5 +63,8 @@ def test_algorithms_are_found_by_name() -> None:
     assert isinstance(make_algorithm("madys", ENV), MADyS)
     assert set(ALGORITHMS) == {"madys", "madys-plus", "mfl", "ea", "ccea", "erl", "td3", "ddpg"}
     assert all(kind.name == name for name, kind in ALGORITHMS.items())
+    assert len({kind.label for kind in ALGORITHMS.values()}) == len(ALGORITHMS), (
+        "legends must tell them apart"
+    )
     with pytest.raises(UserError, match="unknown algorithm 'madis'; valid, nearest first: madys"):
         algorithm_class("madis")

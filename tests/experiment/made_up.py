@@ -11,7 +11,7 @@ from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.metrics import MetricsLog
 
 EPISODES = 20
-METHODS = {"madys": "MADyS", "mfl": "MFL", "ea": "EA"}
+METHODS = ("madys", "mfl", "ea")
 FIGURES = {"fig-4.2": ("rover-t2-c1", "rover-t2-c2"), "fig-4.3": ("rover-t3-c1",)}
 STEPS = {"rover-t2-c1": 8000, "rover-t2-c2": 6000, "rover-t3-c1": 9000}
 

@@ -76,6 +76,14 @@ def test_logs_get_a_line_now_and_then(monkeypatch):
     assert "\x1b" not in out.file.getvalue()
 
 
+def test_without_skills_nothing_is_said_of_their_returns():
+    out = console(False)
+    metrics = {name: values for name, values in chunk(BUDGET).items() if not name.startswith("return_")}
+    LineReporter(out, BUDGET).update(metrics, 200.0)
+    (line,) = out.file.getvalue().splitlines()
+    assert "return" not in line and "mean 0.20, 200 steps/s" in line
+
+
 def test_terminals_get_a_table():
     out = console(True)
     reporter = make_reporter(BUDGET, (2000, 2001), out)

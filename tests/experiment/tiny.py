@@ -212,6 +212,7 @@ class Counting:
     """Counts generations: shows what the runner does with an algorithm, and compiles at once."""
 
     name = "counting"
+    label = "Counting"
     config_class = CountingConfig
 
     def __init__(self, env, config=None):

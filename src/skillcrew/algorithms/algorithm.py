@@ -19,6 +19,9 @@ class Algorithm(Protocol):
     """
 
     name: str
+    """On the command line."""
+    label: str
+    """In figures and tables."""
     env: Environment
     config: Any
     """A frozen dataclass; its fields are the algorithm's options."""

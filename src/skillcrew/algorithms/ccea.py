@@ -25,4 +25,5 @@ class CCEA(EA):
     """
 
     name = "ccea"
+    label = "CCEA"
     config_class = CCEAConfig

@@ -45,6 +45,7 @@ class EA:
     """
 
     name = "ea"
+    label = "EA"
     config_class = EAConfig
 
     def __init__(self, env: Environment, config: EAConfig | None = None, **overrides: Any):

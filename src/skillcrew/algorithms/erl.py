@@ -73,6 +73,7 @@ class ERL:
     """
 
     name = "erl"
+    label = "ERL"
     config_class = ERLConfig
 
     def __init__(self, env: Environment, config: ERLConfig | None = None, **overrides: Any):

@@ -62,6 +62,7 @@ class IndependentTD3:
     """
 
     name = "td3"
+    label = "TD3"
     config_class: Any = IndependentTD3Config
 
     def __init__(self, env: Environment, config: Any = None, **overrides: Any):
@@ -107,4 +108,5 @@ class IndependentDDPG(IndependentTD3):
     """Each agent learns by DDPG on a reward of its own or the team's; nothing evolves."""
 
     name = "ddpg"
+    label = "DDPG"
     config_class = IndependentDDPGConfig

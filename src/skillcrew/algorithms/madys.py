@@ -31,6 +31,7 @@ class MADyS(SkillTeams):
     """
 
     name = "madys"
+    label = "MADyS"
     config_class = MADySConfig
 
     def step(self, state: SkillTeamsState) -> tuple[SkillTeamsState, dict[str, Array]]:

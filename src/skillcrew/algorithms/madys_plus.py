@@ -41,4 +41,5 @@ class MADySPlus(MADyS):
     """
 
     name = "madys-plus"
+    label = "MADyS+"
     config_class = MADySPlusConfig

@@ -46,6 +46,7 @@ class MFL(SkillTeams):
     """
 
     name = "mfl"
+    label = "MFL"
     config_class = MFLConfig
 
     def step(self, state: SkillTeamsState) -> tuple[SkillTeamsState, dict[str, Array]]:

@@ -54,6 +54,7 @@ class SkillTeams:
     """
 
     name: str
+    label: str
     config_class: Any
 
     def __init__(self, env: Environment, config: Any = None, **overrides: Any):

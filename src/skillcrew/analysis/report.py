@@ -27,7 +27,7 @@ def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -
         The files written, the learning curve first.
     """
     folder = folder or run.folder.report
-    title = f"{type(run.algorithm).__name__} on {run.algorithm.env.name}"
+    title = f"{run.algorithm.label} on {run.algorithm.env.name}"
     written = save(learning_curves([learning_curve(run)], title), folder / "learning_curve")
     for seed, choices, rate in zip(evaluation.seeds, evaluation.choices, evaluation.per_seed, strict=True):
         heading = f"{title}, seed {seed}: {rate.mean:.1%} of {evaluation.episodes} episodes solved"
@@ -48,7 +48,7 @@ def learning_curve(run: Run, label: str | None = None) -> Curve:
         raise UserError(
             f"{run.folder.metrics}: a seed has no generation yet; train longer before drawing a curve"
         )
-    return Curve(label or type(run.algorithm).__name__, mean_band(steps, values, window=SMOOTHING), per_seed)
+    return Curve(label or run.algorithm.label, mean_band(steps, values, window=SMOOTHING), per_seed)
 
 
 def _within_budget(columns: Columns, seed: int, budget: int) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from skillcrew.algorithms.algorithm import Algorithm
-from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class, make_algorithm
+from skillcrew.algorithms.registry import ALGORITHMS, make_algorithm
 from skillcrew.cli.arguments import Seeds
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
@@ -16,7 +16,6 @@ from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.errors import UserError
 from skillcrew.experiment.comparison import ComparedFigure, Comparison, PlannedRun
 from skillcrew.experiment.config import RunConfig, algorithm_from_yaml
-from skillcrew.experiment.reproduction import METHODS
 
 USAGE = (
     "usage: skillcrew compare METHODS ENVIRONMENT [OPTIONS]\n\n"
@@ -102,5 +101,5 @@ def _method(method: str, env: Environment) -> tuple[str, str, Algorithm]:
                 f"{path}: called like the algorithm {path.stem}; rename it to what is special of it"
             )
         return path.stem, path.stem, algorithm_from_yaml(path, env)
-    label = METHODS.get(method, algorithm_class(method).__name__)
-    return method, label, make_algorithm(method, env)
+    algorithm = make_algorithm(method, env)
+    return method, algorithm.label, algorithm

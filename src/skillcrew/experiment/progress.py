@@ -97,10 +97,12 @@ class LineReporter:
         if now - self._last < LINE_SECONDS and summary.steps < self._budget:
             return
         self._last = now
-        skills = " ".join(f"{name}={value:.2f}" for name, value in summary.returns.items())
+        # Algorithms without skills have none.
+        returns = " ".join(f"{name}={value:.2f}" for name, value in summary.returns.items())
+        skills = f"returns {returns}, " if returns else ""
         self._print(
             f"{human(summary.steps)} of {human(self._budget)} steps, success {summary.success()}, "
-            f"fitness best {summary.best:.2f} mean {summary.mean:.2f}, returns {skills}, "
+            f"fitness best {summary.best:.2f} mean {summary.mean:.2f}, {skills}"
             f"{human(steps_per_second)} steps/s, {clock(summary.seconds_left)} left"
         )
 

@@ -16,9 +16,9 @@ FIGURES: Mapping[str, tuple[str, ...]] = {
 }
 """The thesis's figures, and the environments that they show."""
 
-METHODS: Mapping[str, str] = {"madys": "MADyS", "mfl": "MFL", "ea": "EA", "madys-plus": "MADyS+"}
-"""Algorithms that are compared, and what figures and tables call them. The first three have the thesis's
-form: feed-forward networks, one for each agent."""
+METHODS = ("madys", "mfl", "ea", "madys-plus")
+"""Algorithms that are compared. The first three have the thesis's form: feed-forward networks, one for each
+agent."""
 
 STEPS: Mapping[str, int] = {
     "rover-t2-c1": 6_000_000,
@@ -96,7 +96,7 @@ def _planned(environment: str, method: str, seeds: tuple[int, ...], budget: floa
     return PlannedRun(
         environment,
         method,
-        METHODS[method],
+        algorithm.label,
         make_algorithm(method, algorithm.env, shortened),
         RunConfig(seeds=seeds, steps=steps),
     )
