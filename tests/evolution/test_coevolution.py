@@ -63,6 +63,8 @@ def test_without_a_hall_everybody_plays_equally_often_and_teams_are_whole() -> N
     evolver = evolver_of(hall_of_fame=HallOfFameConfig())
     state = evolver.init(jax.random.key(3), POPULATION)
     assert state.members.shape == (POPULATION, AGENTS)
+    # Checkpoints take no empty arrays.
+    assert all(leaf.size for leaf in jax.tree.leaves(state))
     for round_of_teams in np.asarray(state.members).reshape(TEAMS, SIZE, AGENTS):
         for agent in range(AGENTS):
             assert sorted(round_of_teams[:, agent]) == list(range(SIZE))

@@ -71,7 +71,8 @@ class CoevolutionState(eqx.Module):
     members: Int[Array, "teams agents"]
     """Each place's individual, by its index in the agent's subpopulation; from the subpopulation's size on,
     by that of a team of the hall of fame."""
-    hall: HallOfFame
+    hall: HallOfFame | None
+    """None without one: an array of nothing cannot be saved."""
 
 
 class CooperativeCoevolution:
@@ -98,7 +99,8 @@ class CooperativeCoevolution:
         size = population // self.config.teams
         genomes = self._draw(key_draw, size).reshape(size, self._n_agents, -1)
         subpopulations = jax.vmap(GeneticState.create, in_axes=1)(genomes)
-        hall = HallOfFame.create(self.config.hall_of_fame.size, self._n_agents, genomes.shape[-1])
+        kept = self.config.hall_of_fame.size
+        hall = HallOfFame.create(kept, self._n_agents, genomes.shape[-1]) if kept else None
         return CoevolutionState(subpopulations, self._team_up(key_teams, size, hall), hall)
 
     def genomes(self, state: CoevolutionState) -> Float[Array, "population genes"]:
@@ -116,7 +118,7 @@ class CooperativeCoevolution:
         del evaluations
         key_breed, key_teams = jax.random.split(key)
         hall = state.hall
-        if self.config.hall_of_fame.size:
+        if hall is not None:
             best = jnp.argmax(fitness)
             hall = hall.enter(self._teams(state)[best], fitness[best])
         subpopulations = jax.vmap(self._breeder.next_generation)(
@@ -140,19 +142,20 @@ class CooperativeCoevolution:
         return jax.vmap(self._breeder.champion_fitness)(state.subpopulations).mean()
 
     def _teams(self, state: CoevolutionState) -> Float[Array, "teams agents genes"]:
-        living = state.subpopulations.genomes
-        everybody = jnp.concatenate([living, jnp.swapaxes(state.hall.genomes, 0, 1)], axis=1)
+        everybody = state.subpopulations.genomes
+        if state.hall is not None:
+            everybody = jnp.concatenate([everybody, jnp.swapaxes(state.hall.genomes, 0, 1)], axis=1)
         return everybody[jnp.arange(self._n_agents), state.members]
 
-    def _team_up(self, key: Key[Array, ""], size: int, hall: HallOfFame) -> Int[Array, "teams agents"]:
+    def _team_up(self, key: Key[Array, ""], size: int, hall: HallOfFame | None) -> Int[Array, "teams agents"]:
         """One team for each individual of a subpopulation, as often as each is to play."""
         key_living, key_hall, key_place, key_keep = jax.random.split(key, 4)
         # The order of random numbers is a random permutation, by a single sort.
         order = jax.random.uniform(key_living, (self.config.teams, size, self._n_agents))
         living = jnp.argsort(order, axis=1).astype(jnp.int32).reshape(-1, self._n_agents)
-        config = self.config.hall_of_fame
-        if not config.size:
+        if hall is None:
             return living
+        config = self.config.hall_of_fame
         famous = size + hall.draw(key_hall, living.shape, config)
         fills = jax.random.bernoulli(key_place, config.share, living.shape) & hall.taken.any()
         # A team of the hall alone would tell nothing about the living.
