@@ -14,6 +14,7 @@ from typing import Any
 import jax
 from benchmarks.machine import cpu_model, software, versions
 
+from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.algorithms.registry import make_algorithm
 from skillcrew.envs.presets import make
 from skillcrew.experiment import generation
@@ -29,10 +30,16 @@ def program(method: str, environment: str, seeds: tuple[int, ...], generations: 
     """The compiled chunk of a run with these seeds, its first state, and the seconds that compiling took."""
     algorithm = make_algorithm(method, make(environment))
     config = RunConfig(seeds=seeds, generations_per_report=generations)
-    state = jax.vmap(lambda seed: generation.initial_state(algorithm, seed))(generation.seeds_of(config))
+    state = first_state(algorithm, config)
     began = time.perf_counter()
     compiled = generation.compiled_chunk(algorithm, config, state)
     return compiled, state, time.perf_counter() - began
+
+
+def first_state(algorithm: Algorithm, config: RunConfig) -> RunState:
+    """The state before the first generation; compiled, for what is donated may not share memory."""
+    seeds = generation.seeds_of(config)
+    return jax.jit(jax.vmap(lambda seed: generation.initial_state(algorithm, seed)))(seeds)
 
 
 def timed(compiled: Callable[[RunState], Any], state: RunState) -> tuple[RunState, float]:
@@ -46,7 +53,8 @@ def compare(method: str, environment: str, generations: int, rounds: int) -> str
     """One row of the table."""
     together, state, compile_together = program(method, environment, SEEDS, generations)
     alone, _, compile_alone = program(method, environment, SEEDS[:1], generations)
-    states = [program_state(method, environment, seed, generations) for seed in SEEDS]
+    algorithm = make_algorithm(method, make(environment))
+    states = [first_state(algorithm, RunConfig(seeds=(seed,))) for seed in SEEDS]
     seconds_together, seconds_alone = [], []
     for _ in range(rounds + 1):
         state, seconds = timed(together, state)
@@ -65,13 +73,6 @@ def compare(method: str, environment: str, generations: int, rounds: int) -> str
         f"| {method} | {environment} | {rovers} | {joined / generations:.2f} s | {apart / generations:.2f} s "
         f"| {ratio:.2f} | {compile_together:.0f} s, {compile_alone:.0f} s |"
     )
-
-
-def program_state(method: str, environment: str, seed: int, generations: int) -> RunState:
-    """The first state of a run with one seed."""
-    algorithm = make_algorithm(method, make(environment))
-    config = RunConfig(seeds=(seed,), generations_per_report=generations)
-    return jax.vmap(lambda seed: generation.initial_state(algorithm, seed))(generation.seeds_of(config))
 
 
 def main() -> None:
