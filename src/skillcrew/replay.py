@@ -14,6 +14,8 @@ import jax.numpy as jnp
 from flashbax.buffers import trajectory_buffer as flashbax
 from jaxtyping import Array, Bool, Float, Int, Key
 
+from skillcrew.envs.environment import Environment
+from skillcrew.errors import UserError
 from skillcrew.rollout import Trajectories
 
 
@@ -92,6 +94,21 @@ class ReplayBuffer:
         ends = [sum(self._sizes[: field + 1]) for field in range(len(self._sizes) - 1)]
         *wide, team_reward, terminated = jnp.split(rows, ends, axis=1)
         return Transitions(*wide, team_reward[:, 0], terminated[:, 0])
+
+
+def most_transitions(env: Environment, worlds: int, capacity: int) -> int:
+    """Transitions that so many worlds of an environment give at most.
+
+    Raises:
+        UserError: more than buffers of this capacity hold.
+    """
+    transitions = worlds * env.episode_length * env.n_agents
+    if transitions > capacity:
+        raise UserError(
+            f"buffer_capacity = {capacity}: smaller than the {transitions} transitions of one generation; "
+            "raise it"
+        )
+    return transitions
 
 
 def transitions_of(lived: Trajectories) -> tuple[Transitions, Bool[Array, " items"]]:

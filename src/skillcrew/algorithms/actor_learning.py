@@ -14,7 +14,7 @@ from skillcrew.learners.td3 import TD3, Batch, TD3Config, TD3State
 from skillcrew.learners.training import train_learners
 from skillcrew.policies.memory import MemoryNetwork
 from skillcrew.policies.team import ActorTeam
-from skillcrew.replay import ReplayBuffer, Transitions, transitions_of
+from skillcrew.replay import ReplayBuffer, Transitions, most_transitions, transitions_of
 from skillcrew.rollout import Trajectories
 
 
@@ -125,13 +125,7 @@ class ActorLearning:
         Raises:
             UserError: more than the buffers hold.
         """
-        transitions = worlds * self._env.episode_length * self._env.n_agents
-        if transitions > self._buffer.capacity * self.n_actors:
-            raise UserError(
-                f"buffer_capacity = {self.config.buffer_capacity}: smaller than the {transitions} "
-                "transitions of one generation; raise it"
-            )
-        return transitions
+        return most_transitions(self._env, worlds, self.config.buffer_capacity)
 
     def transient_bytes(self, worlds: int) -> int:
         """Trajectories of so many worlds, their transitions as rows, and one more copy meanwhile."""

@@ -15,7 +15,7 @@ from skillcrew.learners.plateau import Plateau, PlateauConfig, mean_return
 from skillcrew.learners.td3 import TD3, TD3Config, TD3State
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.team import FixedChoiceTeam
-from skillcrew.replay import ReplayBuffer, transitions_of
+from skillcrew.replay import ReplayBuffer, most_transitions, transitions_of
 from skillcrew.rollout import Lineup, Start, Trajectories
 
 
@@ -143,13 +143,7 @@ class SkillLearning:
         Raises:
             UserError: more than the buffer holds.
         """
-        transitions = worlds * self._env.episode_length * self._env.n_agents
-        if transitions > self.config.buffer_capacity:
-            raise UserError(
-                f"buffer_capacity = {self.config.buffer_capacity}: smaller than the {transitions} "
-                "transitions of one generation; raise it"
-            )
-        return transitions
+        return most_transitions(self._env, worlds, self.config.buffer_capacity)
 
     def transient_bytes(self, worlds: int) -> int:
         """Trajectories of so many recorded worlds, their transitions as rows, and one more copy meanwhile."""
