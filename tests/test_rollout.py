@@ -192,3 +192,22 @@ def test_every_world_step_and_agent_has_noise_of_its_own(noisy) -> None:
     # … and a key of its own for what teams draw.
     choices = np.asarray(lived.choice).reshape(LENGTH * 7, AGENTS)
     assert len(np.unique(choices, axis=0)) > 20
+
+
+def test_of_pairs_each_team_lives_in_its_own_world() -> None:
+    """The first team in the first world, and so on."""
+
+    def run(key):
+        teams, start = teams_of(key), Start.draw(ENV, jax.random.key(8), TEAMS)
+        lineup = Lineup.of_pairs(ToyTeam, teams.weights, start)
+        return teams, start, rollout(ENV, lineup, jax.random.key(9))[0]
+
+    teams, start, lived = jax.device_get(quick_jit(run)(jax.random.key(7)))
+    offset, limit = start.state["offset"], start.state["limit"]
+    returns = []
+    for team in range(TEAMS):
+        steps = live(np.asarray(teams.weights[team]), offset[:, team], int(limit[team]))
+        returns.append(sum(step.team_reward for step in steps))
+        assert int(lived.lived[:, team].sum()) == len(steps)
+    np.testing.assert_allclose(lived.team_return(), returns, rtol=1e-4, atol=1e-4)
+    assert len(np.unique(np.round(returns, 4))) == TEAMS

@@ -1,6 +1,7 @@
 """skillcrew: team coordination under sparse rewards, by evolution, learned skills and credit assignment."""
 
 from skillcrew.algorithms.ccea import CCEA, CCEAConfig
+from skillcrew.algorithms.cerl import CERL, CERLConfig
 from skillcrew.algorithms.ea import EA, EAConfig
 from skillcrew.algorithms.erl import ERL, ERLConfig
 from skillcrew.algorithms.independent import (
@@ -11,6 +12,7 @@ from skillcrew.algorithms.independent import (
 )
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.madys_plus import MADySPlus, MADySPlusConfig
+from skillcrew.algorithms.merl import MERL, MERLConfig
 from skillcrew.algorithms.mfl import MFL, MFLConfig
 from skillcrew.algorithms.registry import make_algorithm
 from skillcrew.algorithms.team_search import RaceConfig
@@ -26,6 +28,7 @@ from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.run import Evaluation, Run, train
 from skillcrew.experiment.runner import Interrupted
 from skillcrew.learners.plateau import PlateauConfig
+from skillcrew.learners.resource_manager import ResourceConfig
 from skillcrew.learners.td3 import TD3, TD3Config
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
@@ -33,11 +36,14 @@ from skillcrew.policies.team import Team
 
 __all__ = [
     "CCEA",
+    "CERL",
     "EA",
     "ERL",
+    "MERL",
     "MFL",
     "TD3",
     "CCEAConfig",
+    "CERLConfig",
     "CoevolutionConfig",
     "EAConfig",
     "ERLConfig",
@@ -54,12 +60,14 @@ __all__ = [
     "MADySConfig",
     "MADySPlus",
     "MADySPlusConfig",
+    "MERLConfig",
     "MFLConfig",
     "MutationConfig",
     "NetworkConfig",
     "PlateauConfig",
     "PolicyConfig",
     "RaceConfig",
+    "ResourceConfig",
     "RoverConfig",
     "Run",
     "StrategyConfig",

@@ -125,6 +125,22 @@ class Lineup:
         memory = jax.tree.map(lambda leaf: jnp.repeat(leaf, start.worlds, axis=0), memory)
         return cls(policy, memory, start.repeat(n_teams))
 
+    @classmethod
+    def of_pairs(cls, make_team: Callable[[Any], Team], stacked: PyTree, start: Start) -> "Lineup":
+        """A team for each world: the first in the first one, and so on.
+
+        Args:
+            make_team, stacked: as for `of_teams`, with as many teams as there are worlds.
+        """
+
+        def policy(observation, memory, keys):
+            return jax.vmap(lambda part, *inputs: make_team(part).act(*inputs))(
+                stacked, observation, memory, keys
+            )
+
+        memory = jax.vmap(lambda part: make_team(part).initial_memory())(stacked)
+        return cls(policy, memory, start)
+
     def beside(self, other: "Lineup") -> "Lineup":
         """Both at once, the other one's worlds after these."""
         split = self.start.worlds

@@ -1,4 +1,4 @@
-"""The six presets of the thesis, and what is said of every value that makes no Rover Domain."""
+"""The six presets of the thesis and one without an order, and what is said of every value that makes no Rover Domain."""
 
 import dataclasses
 import importlib.util
@@ -53,8 +53,11 @@ def names_offered(message: str) -> list[str]:
     return message.split("nearest first: ")[1].split(", ")
 
 
-def test_the_presets_are_those_of_the_thesis() -> None:
-    assert list(PRESETS) == list(THESIS)
+def test_the_presets_are_those_of_the_thesis_and_one_without_an_order() -> None:
+    assert list(PRESETS) == ["rover-t1-c3", *THESIS]
+    unordered = dict(n_agents=6, n_poi_types=1, spatial_coupling=3, episode_length=50)
+    assert dataclasses.asdict(PRESETS["rover-t1-c3"]) == {**DEFAULTS, **unordered}
+    assert make("rover-t1-c3").skills[:2] == ("go_to_poi_A", "go_away_from_poi_A")
 
 
 @pytest.mark.parametrize("name", THESIS)
@@ -102,7 +105,7 @@ def test_an_unknown_preset_is_refused_with_the_nearest_first(given: str, nearest
     with pytest.raises(UserError, match=f"preset '{given}'") as caught:
         make(given)
     assert names_offered(str(caught.value))[0] == nearest
-    assert set(names_offered(str(caught.value))) == set(THESIS)
+    assert set(names_offered(str(caught.value))) == set(PRESETS)
 
 
 @pytest.mark.parametrize(

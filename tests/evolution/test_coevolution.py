@@ -16,6 +16,7 @@ from oracles.refusals import refusal, unhooked
 from oracles.rover_cases import quick_jit
 from skillcrew.evolution import coevolution
 from skillcrew.evolution.coevolution import CoevolutionConfig, CoevolutionState, CooperativeCoevolution
+from skillcrew.evolution.evolver import Migrants
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.evolution.hall_of_fame import HallOfFameConfig
 
@@ -197,6 +198,31 @@ def test_genes_never_cross_from_one_agent_to_another() -> None:
         genomes = np.asarray(evolver.genomes(state))
         np.testing.assert_allclose(genomes, np.tile(offset, (POPULATION, 1)), atol=10)
     assert not np.array_equal(before, state.subpopulations.genomes)
+
+
+@pytest.mark.parametrize("arrive", [True, False])
+def test_a_migrating_teams_members_replace_the_worst_of_their_subpopulations(arrive: bool) -> None:
+    """With the fitness of their team: as the best of all they are everybody's champion, as a new elite."""
+    evolver, init, _ = compiled("mean")
+    state = init(jax.random.key(4))
+    fitness = jnp.asarray(np.random.default_rng(5).uniform(0, 1, POPULATION).astype(np.float32))
+    team = 50.0 + jnp.arange(AGENTS * GENES, dtype=jnp.float32)
+    migrants = Migrants(team[None], jnp.array([2.0]), jnp.asarray(arrive))
+    step = quick_jit(evolver.next_generation)
+    after = step(jax.random.key(6), state, fitness, migrants=migrants)
+    credit = np.asarray(evolver._credit(state, fitness))
+    for agent in range(AGENTS):
+        own = team.reshape(AGENTS, GENES)[agent]
+        elites = np.asarray(after.subpopulations.genomes[agent, : EVOLUTION.elites])
+        best = np.asarray(state.subpopulations.genomes[agent, credit[agent].argmax()])
+        if arrive:
+            np.testing.assert_array_equal(elites[0], own)
+            assert (elites[1] == best).all(), "it took the place of the worst, not of the best"
+        else:
+            np.testing.assert_array_equal(elites[0], best)
+    plain = step(jax.random.key(6), state, fitness)
+    if not arrive:
+        np.testing.assert_array_equal(after.subpopulations.genomes, plain.subpopulations.genomes)
 
 
 def test_it_finds_what_only_partners_can_reach_together() -> None:

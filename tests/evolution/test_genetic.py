@@ -257,7 +257,7 @@ def test_migrants_take_the_places_of_the_worst(arrive: bool) -> None:
     state = GeneticState(draw(jax.random.key(0), POPULATION), Lineage(mean, jnp.full(POPULATION, 4.0)))
     fitness = jnp.asarray(rng.uniform(0, 1, POPULATION).astype(np.float32))
     newcomers = Migrants(jnp.full((2, GENES), 9.0), jnp.array([0.25, 0.5]), jnp.asarray(arrive))
-    after, told = evolver.admit(state, fitness, newcomers)
+    after, told, weights = evolver._admit(state, fitness, 1.0, newcomers)
     known = 4 * np.asarray(mean) + np.asarray(fitness)
     worst = set(np.argsort(known)[:2].tolist()) if arrive else set()
     assert set(np.flatnonzero((np.asarray(after.genomes) == 9.0).all(1)).tolist()) == worst
@@ -266,6 +266,7 @@ def test_migrants_take_the_places_of_the_worst(arrive: bool) -> None:
         if one in worst:
             assert float(after.lineage.evaluations[one]) == 0.0
             assert float(told[one]) in (0.25, 0.5)
+            assert float(weights[one]) == 1.0
         else:
             np.testing.assert_array_equal(after.genomes[one], state.genomes[one])
             assert (float(told[one]), float(after.lineage.mean[one])) == (

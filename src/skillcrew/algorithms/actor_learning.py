@@ -1,11 +1,13 @@
 """Actors that learn primitive actions by gradient, each on one reward: the gradient half of many systems."""
 
 import dataclasses
+import math
 from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
 from skillcrew.envs.environment import Environment
@@ -24,7 +26,11 @@ class ActorLearningConfig:
 
     reward: str = "team"
     """What each actor maximises: "team" for the team reward, "local" for the sum of its agent's local
-    rewards, or the name of one of the environment's skills for that local reward alone."""
+    rewards, or the name of one of the environment's skills for that local reward alone; several names joined
+    by + for their sum. In the Rover Domain "local" is 0 throughout: going to and going away cancel out."""
+    task_ends_value: bool = True
+    """Whether an actor's value ends where the team's task is done, as the episode does. On a dense local
+    reward that teaches actors to put off the end of the task; see `SkillConfig.task_ends_skills`."""
     updates: int = 100
     """Critic updates per actor and generation; a multiple of learner.policy_delay."""
     exploration_noise: float = 0.1
@@ -49,40 +55,52 @@ class ActorLearningConfig:
 
 
 class ActorLearningState(eqx.Module):
-    """Leaves of both have a leading axis of actors: one for each agent, or a single one."""
+    """All that learners know and learn from."""
 
     learners: TD3State
+    """Leaves have a leading axis of actors."""
     experience: Any
-    """The buffers' contents."""
+    """The buffers' contents; leaves have a leading axis of buffers."""
 
 
 class ActorLearning:
-    """One learner for each agent, or one for all, that learn from what teams live.
+    """Learners side by side: one for each agent, one for all, or several that differ in discount.
 
     Args:
         n_actors: as many as there are agents, each learning from its agent's transitions alone; or 1,
             learning from everybody's.
+        discounts: instead of `learner.discount`, that of each of several actors which all learn from one
+            buffer of everybody's transitions.
+        heads: agents of which each has a last layer of its own; see `Actor.create`.
 
     Raises:
         UserError: a reward that the environment lacks.
     """
 
-    def __init__(self, env: Environment, config: ActorLearningConfig, n_actors: int):
-        if config.reward not in ("team", "local", *env.skills):
-            raise unknown_name("reward", config.reward, ("team", "local", *env.skills))
+    def __init__(
+        self,
+        env: Environment,
+        config: ActorLearningConfig,
+        n_actors: int = 1,
+        discounts: tuple[float, ...] | None = None,
+        heads: int = 0,
+    ):
         self.config = config
         self._env = env
-        self.n_actors = n_actors
-        self._learner = TD3(config.learner, env.observation_size, env.action_size)
+        self._rewards = _rewards_summed(env, config.reward)
+        self._discounts = discounts
+        self.n_actors = len(discounts) if discounts else n_actors
+        self._n_buffers = 1 if discounts else n_actors
+        self._learner = TD3(config.learner, env.observation_size, env.action_size, heads)
         self._buffer = ReplayBuffer(
-            config.buffer_capacity // n_actors, env.observation_size, env.action_size, len(env.skills)
+            config.buffer_capacity // self._n_buffers, env.observation_size, env.action_size, len(env.skills)
         )
 
     def init(self, key: Key[Array, ""]) -> ActorLearningState:
         """Random actors, empty buffers."""
         learners = jax.vmap(self._learner.init)(jax.random.split(key, self.n_actors))
         empty = self._buffer.init()
-        experience = jax.tree.map(lambda leaf: jnp.stack([leaf] * self.n_actors), empty)
+        experience = jax.tree.map(lambda leaf: jnp.stack([leaf] * self._n_buffers), empty)
         return ActorLearningState(learners, experience)
 
     def actors(self, state: ActorLearningState) -> MemoryNetwork:
@@ -101,20 +119,10 @@ class ActorLearning:
         Returns:
             The new state, and metrics.
         """
-        experience = jax.vmap(self._buffer.add)(state.experience, *self._by_actor(*transitions_of(lived)))
-        config = self.config.learner
-        shape = (config.policy_delay, config.batch_size)
-
-        def draw(key: Key[Array, ""]) -> Batch:
-            keys = jax.random.split(key, self.n_actors)
-            drawn = jax.vmap(lambda held, k: self._buffer.sample(held, k, shape[0] * shape[1]))(
-                experience, keys
-            )
-            drawn = jax.tree.map(lambda leaf: leaf.reshape(self.n_actors, *shape, *leaf.shape[2:]), drawn)
-            reward = self._reward(drawn)
-            return Batch(drawn.observation, drawn.action, reward, drawn.next_observation, drawn.terminated)
-
-        learners, losses = train_learners(key, self._learner, state.learners, draw, self.config.updates)
+        experience = jax.vmap(self._buffer.add)(state.experience, *self._by_buffer(*transitions_of(lived)))
+        learners, losses = train_learners(
+            key, self._learner, state.learners, lambda k: self._draw(k, experience), self.config.updates
+        )
         metrics = {name: loss.mean() for name, loss in losses.items()}
         metrics["transitions_held"] = jax.vmap(self._buffer.size)(experience).sum()
         return ActorLearningState(learners, experience), metrics
@@ -131,20 +139,49 @@ class ActorLearning:
         """Trajectories of so many worlds, their transitions as rows, and one more copy meanwhile."""
         return 3 * 4 * self.transitions(worlds) * self._buffer.width
 
+    def _draw(self, key: Key[Array, ""], experience: Any) -> Batch:
+        """Each actor's mini-batches, with leading axes [actors, policy_delay, batch_size]."""
+        shape = (self.n_actors, self.config.learner.policy_delay, self.config.learner.batch_size)
+        each = math.prod(shape) // self._n_buffers
+        keys = jax.random.split(key, self._n_buffers)
+        drawn = jax.vmap(lambda held, k: self._buffer.sample(held, k, each))(experience, keys)
+        drawn = jax.tree.map(lambda leaf: leaf.reshape(*shape, *leaf.shape[2:]), drawn)
+        discount = None
+        if self._discounts:
+            discount = jnp.broadcast_to(jnp.array(self._discounts)[:, None, None], shape)
+        ends = drawn.terminated * float(self.config.task_ends_value)
+        reward = self._reward(drawn)
+        return Batch(drawn.observation, drawn.action, reward, drawn.next_observation, ends, discount)
+
     def _reward(self, drawn: Transitions) -> Float[Array, "actors delay batch"]:
         """The one number of each transition that actors maximise."""
-        if self.config.reward == "team":
+        if self._rewards is None:
             return drawn.team_reward
-        if self.config.reward == "local":
-            return drawn.local_rewards.sum(-1)
-        return drawn.local_rewards[..., self._env.skills.index(self.config.reward)]
+        return drawn.local_rewards[..., self._rewards].sum(-1)
 
-    def _by_actor(
+    def _by_buffer(
         self, transitions: Transitions, lived: Bool[Array, " items"]
-    ) -> tuple[Transitions, Bool[Array, "actors own"]]:
-        """Rows of all agents as each actor's own; agents vary fastest."""
+    ) -> tuple[Transitions, Bool[Array, "buffers own"]]:
+        """Rows of all agents, each in the buffer where it belongs; agents vary fastest."""
 
         def split(leaf: Array) -> Array:
-            return jnp.moveaxis(leaf.reshape(-1, self.n_actors, *leaf.shape[1:]), 1, 0)
+            return jnp.moveaxis(leaf.reshape(-1, self._n_buffers, *leaf.shape[1:]), 1, 0)
 
         return jax.tree.map(split, transitions), split(lived)
+
+
+def _rewards_summed(env: Environment, reward: str) -> np.ndarray | None:
+    """Where the local rewards that make up a reward stand; None for the team's reward.
+
+    Raises:
+        UserError: an unknown name.
+    """
+    if reward == "team":
+        return None
+    if reward == "local":
+        return np.arange(len(env.skills))
+    names = reward.split("+")
+    for name in names:
+        if name not in env.skills:
+            raise unknown_name("reward", name, ("team", "local", *env.skills))
+    return np.array([env.skills.index(name) for name in names])

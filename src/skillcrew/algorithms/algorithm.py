@@ -51,6 +51,14 @@ class Algorithm(Protocol):
         ...
 
 
+class ActsDirectly:
+    """The part that all algorithms share whose teams choose nothing but give primitive actions."""
+
+    def choices(self) -> tuple[str, ...]:
+        """One name, for the index 0 that every choice is."""
+        return ("primitive_action",)
+
+
 def override(algorithm: Any, config: Any, overrides: Mapping[str, Any]) -> Any:
     """The configuration of an algorithm, by default its class's, with some fields changed.
 

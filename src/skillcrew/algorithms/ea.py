@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Int, Key
 
-from skillcrew.algorithms.algorithm import override
+from skillcrew.algorithms.algorithm import ActsDirectly, override
 from skillcrew.algorithms.team_search import SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
@@ -35,7 +35,7 @@ class EAState(eqx.Module):
     environment_steps: Int[Array, ""]
 
 
-class EA:
+class EA(ActsDirectly):
     """Teams of actors evolve on the team reward; nothing learns by gradient, and there are no skills.
 
     `EA(env, population=60)` overrides fields of `EAConfig`.
@@ -53,10 +53,6 @@ class EA:
         self.config = override(self, config, overrides)
         codec = GenomeCodec(self._create_actor, self.config.actor.networks(env.n_agents))
         self._search = TeamSearch(env, codec, self.config)
-
-    def choices(self) -> tuple[str, ...]:
-        """Nothing is chosen: one name, for the index 0 that every choice is."""
-        return ("primitive_action",)
 
     def init(self, key: Key[Array, ""]) -> EAState:
         """Random teams."""

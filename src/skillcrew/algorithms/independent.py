@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Int, Key
 
 from skillcrew.algorithms.actor_learning import ActorLearning, ActorLearningConfig, ActorLearningState
-from skillcrew.algorithms.algorithm import override
+from skillcrew.algorithms.algorithm import ActsDirectly, override
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.learners.td3 import TD3Config
@@ -52,7 +52,7 @@ class IndependentState(eqx.Module):
     environment_steps: Int[Array, ""]
 
 
-class IndependentTD3:
+class IndependentTD3(ActsDirectly):
     """Each agent learns by TD3 on a reward of its own or the team's; nothing evolves.
 
     `IndependentTD3(env, reward="local")` overrides fields of `IndependentTD3Config`.
@@ -71,10 +71,6 @@ class IndependentTD3:
         n_actors = env.n_agents if self.config.sharing == "agent" else 1
         self._actors = ActorLearning(env, self.config, n_actors)
         self._actors.transitions(self.config.episodes)
-
-    def choices(self) -> tuple[str, ...]:
-        """Nothing is chosen: one name, for the index 0 that every choice is."""
-        return ("primitive_action",)
 
     def init(self, key: Key[Array, ""]) -> IndependentState:
         """Random actors, empty buffers."""

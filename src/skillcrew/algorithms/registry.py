@@ -4,17 +4,20 @@ from typing import Any
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.algorithms.ccea import CCEA
+from skillcrew.algorithms.cerl import CERL
 from skillcrew.algorithms.ea import EA
 from skillcrew.algorithms.erl import ERL
 from skillcrew.algorithms.independent import IndependentDDPG, IndependentTD3
 from skillcrew.algorithms.madys import MADyS
 from skillcrew.algorithms.madys_plus import MADySPlus
+from skillcrew.algorithms.merl import MERL
 from skillcrew.algorithms.mfl import MFL
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import unknown_name
 
 ALGORITHMS: dict[str, Any] = {
-    kind.name: kind for kind in (MADyS, MADySPlus, MFL, EA, CCEA, ERL, IndependentTD3, IndependentDDPG)
+    kind.name: kind
+    for kind in (MADyS, MADySPlus, MFL, EA, CCEA, MERL, ERL, CERL, IndependentTD3, IndependentDDPG)
 }
 """Each class has `name`, `config_class`, and is made from an environment and a configuration."""
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 import jax
 import jax.numpy as jnp
@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Int, Key, PyTree
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.coevolution import CoevolutionConfig, CooperativeCoevolution
-from skillcrew.evolution.evolver import Evolver, Migrants
+from skillcrew.evolution.evolver import Evolver, Host, Migrants
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm
 from skillcrew.evolution.selection import rank
 from skillcrew.evolution.strategy import EvolutionStrategy, StrategyConfig
@@ -20,6 +20,8 @@ from skillcrew.policies.team import Team
 from skillcrew.rollout import Episodes, Lineup, Start, rollout
 
 EvolverName = Literal["genetic", "strategy", "coevolution"]
+HOSTS: tuple[EvolverName, ...] = ("genetic", "coevolution")
+"""Evolvers with places that migrants can take; see `Host`."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -172,21 +174,22 @@ class TeamSearch:
         """Ranks the teams by the episodes of their lineup, after a race if there is one, and breeds.
 
         Args:
-            migrants: take the place of the worst before anything else; for the genetic algorithm alone.
+            migrants: take the places of the worst before these breed; for an evolver that is a `Host`.
 
         Returns:
             The new state, and metrics, among them `race_steps`: environment steps of the race.
         """
         fitness = self.fitness(episodes, self.config.population)
         metrics = {"fitness_best": fitness.max(), "fitness_mean": fitness.mean()}
-        if migrants is not None:
-            assert isinstance(self._evolver, GeneticAlgorithm)
-            state, fitness = self._evolver.admit(state, fitness, migrants)
         evaluations = jnp.ones(self.config.population)
         if self.config.race.finalists:
             key, key_race = jax.random.split(key)
             fitness, evaluations, metrics["race_steps"] = self._race(key_race, state, fitness, make_team)
-        state = self._evolver.next_generation(key, state, fitness, evaluations)
+        if migrants is None:
+            state = self._evolver.next_generation(key, state, fitness, evaluations)
+        else:
+            host = cast(Host, self._evolver)
+            state = host.next_generation(key, state, fitness, evaluations, migrants)
         return state, {**metrics, "champion_fitness": self._evolver.champion_fitness(state)}
 
     def _lineup(

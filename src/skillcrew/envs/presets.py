@@ -9,6 +9,7 @@ from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.errors import unknown_name
 
 PRESETS: dict[str, RoverConfig] = {
+    "rover-t1-c3": RoverConfig(n_agents=6, n_poi_types=1, spatial_coupling=3, episode_length=50),
     "rover-t2-c1": RoverConfig(n_agents=1, n_poi_types=2, spatial_coupling=1, episode_length=50),
     "rover-t2-c2": RoverConfig(n_agents=2, n_poi_types=2, spatial_coupling=2, episode_length=50),
     "rover-t2-c3": RoverConfig(n_agents=6, n_poi_types=2, spatial_coupling=3, episode_length=50),
@@ -16,7 +17,8 @@ PRESETS: dict[str, RoverConfig] = {
     "rover-t3-c2": RoverConfig(n_agents=4, n_poi_types=3, spatial_coupling=2, episode_length=70),
     "rover-t3-c3": RoverConfig(n_agents=6, n_poi_types=3, spatial_coupling=3, episode_length=70),
 }
-"""The six configurations of the thesis (Figures 4.2 and 4.3)."""
+"""The six configurations of the thesis (Figures 4.2 and 4.3), and before them one without an order of types,
+the kind of task that MERL was published on (spatial coupling 3)."""
 
 
 def preset(name: str) -> RoverConfig:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, Key
 
 from skillcrew.errors import UserError, unknown_name
-from skillcrew.evolution.evolver import Draw
+from skillcrew.evolution.evolver import Draw, Migrants
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState
 from skillcrew.evolution.hall_of_fame import HallOfFame, HallOfFameConfig
 
@@ -113,17 +113,21 @@ class CooperativeCoevolution:
         state: CoevolutionState,
         fitness: Float[Array, " population"],
         evaluations: Float[Array, " population"] | float = 1.0,
+        migrants: Migrants | None = None,
     ) -> CoevolutionState:
-        """Credits the individuals with their teams' fitness, breeds each subpopulation, and teams up anew."""
+        """Credits the individuals with their teams' fitness, breeds each subpopulation, and teams up anew.
+
+        Args:
+            migrants: whole teams; each member takes the place of the worst of its agent's subpopulation,
+                credited with its team's fitness.
+        """
         del evaluations
         key_breed, key_teams = jax.random.split(key)
         hall = state.hall
         if hall is not None:
             best = jnp.argmax(fitness)
             hall = hall.enter(self._teams(state)[best], fitness[best])
-        subpopulations = jax.vmap(self._breeder.next_generation)(
-            jax.random.split(key_breed, self._n_agents), state.subpopulations, self._credit(state, fitness)
-        )
+        subpopulations = self._breed(key_breed, state.subpopulations, self._credit(state, fitness), migrants)
         size = subpopulations.genomes.shape[1]
         return CoevolutionState(subpopulations, self._team_up(key_teams, size, hall), hall)
 
@@ -140,6 +144,26 @@ class CooperativeCoevolution:
     def champion_fitness(self, state: CoevolutionState) -> Float[Array, ""]:
         """What its members are credited with, on average: under leniency more than they reach together."""
         return jax.vmap(self._breeder.champion_fitness)(state.subpopulations).mean()
+
+    def _breed(
+        self,
+        key: Key[Array, ""],
+        subpopulations: GeneticState,
+        credit: Float[Array, "agents individuals"],
+        migrants: Migrants | None,
+    ) -> GeneticState:
+        """Each subpopulation's next generation, after it has taken in its member of every migrating team."""
+        members = None
+        if migrants is not None:
+            teams = migrants.fitness.shape[0]
+            members = jnp.swapaxes(migrants.genomes.reshape(teams, self._n_agents, -1), 0, 1)
+
+        def of_agent(key, own, credit, genomes):
+            arriving = None if migrants is None else dataclasses.replace(migrants, genomes=genomes)
+            return self._breeder.next_generation(key, own, credit, migrants=arriving)
+
+        keys = jax.random.split(key, self._n_agents)
+        return jax.vmap(of_agent)(keys, subpopulations, credit, members)
 
     def _teams(self, state: CoevolutionState) -> Float[Array, "teams agents genes"]:
         everybody = state.subpopulations.genomes

@@ -59,3 +59,18 @@ class Evolver(Protocol):
     def champion_fitness(self, state: Any) -> Float[Array, ""]:
         """What is known of the champion's fitness."""
         ...
+
+
+class Host(Evolver, Protocol):
+    """An evolver with places that migrants can take."""
+
+    def next_generation(
+        self,
+        key: Key[Array, ""],
+        state: Any,
+        fitness: Float[Array, " population"],
+        evaluations: Float[Array, " population"],
+        migrants: Migrants | None = None,
+    ) -> Any:
+        """The state after an evaluation; the migrants replace the worst before anybody breeds."""
+        ...

@@ -100,22 +100,31 @@ class GeneticAlgorithm:
         state: GeneticState,
         fitness: Float[Array, " population"],
         evaluations: Float[Array, " population"] | float = 1.0,
+        migrants: Migrants | None = None,
     ) -> GeneticState:
+        if migrants is not None:
+            state, fitness, evaluations = self._admit(state, fitness, evaluations, migrants)
         return next_generation(key, state, fitness, self.config, evaluations)
 
-    def admit(
-        self, state: GeneticState, fitness: Float[Array, " population"], migrants: Migrants
-    ) -> tuple[GeneticState, Float[Array, " population"]]:
+    def _admit(
+        self,
+        state: GeneticState,
+        fitness: Float[Array, " population"],
+        evaluations: Float[Array, " population"] | float,
+        migrants: Migrants,
+    ) -> tuple[GeneticState, Float[Array, " population"], Float[Array, " population"]]:
         """Migrants in the place of the worst, with nothing known of them but this evaluation."""
         count = migrants.fitness.shape[0]
-        worst = rank(self.standing(state, fitness))[-count:]
+        lineage = state.lineage.add(fitness, self.config.lineage_memory, evaluations)
+        worst = rank(lineage.standing(self.config.lineage_prior))[-count:]
 
         def replaced(old: Array, new: Array | float) -> Array:
             return jnp.where(migrants.arrive, old.at[worst].set(new), old)
 
         lineage = Lineage(state.lineage.mean, replaced(state.lineage.evaluations, 0.0))
         admitted = GeneticState(replaced(state.genomes, migrants.genomes), lineage)
-        return admitted, replaced(fitness, migrants.fitness)
+        evaluations = replaced(jnp.broadcast_to(evaluations, fitness.shape), 1.0)
+        return admitted, replaced(fitness, migrants.fitness), evaluations
 
     def standing(
         self, state: GeneticState, fitness: Float[Array, " population"]

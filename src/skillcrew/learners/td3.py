@@ -73,6 +73,8 @@ class Batch(eqx.Module):
     reward: Float[Array, "*batch"]
     next_observation: Float[Array, "*batch obs"]
     terminated: Float[Array, "*batch"]
+    discount: Float[Array, "*batch"] | None = None
+    """Where learners side by side differ in it; None for the configuration's."""
 
 
 class TD3State(eqx.Module):
@@ -87,10 +89,15 @@ class TD3State(eqx.Module):
 
 
 class TD3:
-    """`init` and `update` of one learner; stack many by `jax.vmap`."""
+    """`init` and `update` of one learner; stack many by `jax.vmap`.
 
-    def __init__(self, config: TD3Config, observation_size: int, action_size: int):
+    Args:
+        heads: agents of which each has a last layer of the actor; see `Actor.create`.
+    """
+
+    def __init__(self, config: TD3Config, observation_size: int, action_size: int, heads: int = 0):
         self.config = config
+        self._heads = heads
         self._sizes = (observation_size, action_size)
         self._actor_optimiser = optax.adam(config.actor_learning_rate)
         self._critic_optimiser = optax.adam(config.critic_learning_rate)
@@ -98,7 +105,7 @@ class TD3:
     def init(self, key: Key[Array, ""]) -> TD3State:
         """A learner that knows nothing; targets equal the networks."""
         key_actor, key_critics = jax.random.split(key)
-        actor = Actor.create(key_actor, *self._sizes, self.config.network)
+        actor = Actor.create(key_actor, *self._sizes, self.config.network, self._heads)
         critics = jax.vmap(lambda k: Critic.create(k, *self._sizes, self.config.network))(
             jax.random.split(key_critics, self.config.critics)
         )
@@ -143,7 +150,8 @@ class TD3:
             noise = jnp.clip(noise, -config.target_noise_clip, config.target_noise_clip)
             action = jnp.clip(action + noise, -1.0, 1.0)
         smallest = _values(state.target_critics, batch.next_observation, action).min(0)
-        return batch.reward + config.discount * (1 - batch.terminated) * smallest
+        discount = config.discount if batch.discount is None else batch.discount
+        return batch.reward + discount * (1 - batch.terminated) * smallest
 
     def _update_critics(self, state: TD3State, batch: Batch, key: Key[Array, ""]) -> tuple[TD3State, Array]:
         """One step on the mean square Bellman error of each critic (eq. 3.2)."""

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float, Key, PyTree
 
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.policies.actor import Actor
+from skillcrew.policies.heads import MultiHead
 from skillcrew.policies.network import MLP, InputScaling, NetworkConfig, scale_input
 
 
@@ -44,7 +45,7 @@ class MemoryNetwork(eqx.Module):
     Without memory it is its feed-forward part alone, and what it remembers is empty.
     """
 
-    network: MLP
+    network: MLP | MultiHead
     unit: eqx.nn.GRUCell | None
     input_scaling: InputScaling = eqx.field(static=True)
 

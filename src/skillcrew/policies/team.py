@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, Key, PyTree
 
+from skillcrew.envs.identified import identify
 from skillcrew.envs.joint import join, part
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.dispatch import apply_skills
@@ -90,6 +91,20 @@ class JointTeam(eqx.Module):
     ) -> tuple[Float[Array, "agents act"], PyTree, Int[Array, " agents"]]:
         action, memory, choice = self.team.act(join(observation), memory, key)
         return part(action, self.n_agents), memory, jnp.broadcast_to(choice, (self.n_agents,))
+
+
+class IdentifiedTeam(eqx.Module):
+    """A team whose agents are told which of them they are, as a team that is not told."""
+
+    team: Team
+
+    def initial_memory(self) -> PyTree:
+        return self.team.initial_memory()
+
+    def act(
+        self, observation: Float[Array, "agents obs"], memory: PyTree, key: Key[Array, ""]
+    ) -> tuple[Float[Array, "agents act"], PyTree, Int[Array, " agents"]]:
+        return self.team.act(identify(observation), memory, key)
 
 
 class NoisyTeam(eqx.Module):

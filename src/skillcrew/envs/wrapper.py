@@ -1,0 +1,70 @@
+"""The same world, seen or acted in another way."""
+
+import abc
+from typing import Any
+
+from jaxtyping import Array, Float, Key, PyTree
+
+from skillcrew.envs.environment import Environment, TimeStep
+
+
+class Wrapper(Environment):
+    """Passes everything on to another environment; says how observations, actions and rewards change.
+
+    Each of the three must work for one world and for many, the world axis last.
+    """
+
+    def __init__(self, env: Environment):
+        self.env = env
+        self.name = env.name
+        self.n_agents = env.n_agents
+        self.observation_size = env.observation_size
+        self.action_size = env.action_size
+        self.episode_length = env.episode_length
+        self.skills = env.skills
+
+    @abc.abstractmethod
+    def seen(self, observation: Float[Array, "agents obs *worlds"]) -> Float[Array, "agents2 obs2 *worlds"]:
+        """What agents see of the inner world's observations."""
+
+    def acted(self, action: Float[Array, "agents act *worlds"]) -> Float[Array, "agents2 act2 *worlds"]:
+        """The inner world's actions."""
+        return action
+
+    def paid(
+        self, local_rewards: Float[Array, "agents skills *worlds"]
+    ) -> Float[Array, "agents2 skills *worlds"]:
+        """The local rewards, of the inner world's."""
+        return local_rewards
+
+    def reset(self, key: Key[Array, ""]) -> tuple[PyTree, Float[Array, "agents obs"]]:
+        state, observation = self.env.reset(key)
+        return state, self.seen(observation)
+
+    def step(
+        self, state: PyTree, action: Float[Array, "agents act"], key: Key[Array, ""]
+    ) -> tuple[PyTree, TimeStep]:
+        state, step = self.env.step(state, self.acted(action), key)
+        return state, self._changed(step)
+
+    def reset_worlds(self, keys: Key[Array, " worlds"]) -> tuple[PyTree, Float[Array, "agents obs worlds"]]:
+        state, observation = self.env.reset_worlds(keys)
+        return state, self.seen(observation)
+
+    def step_worlds(
+        self, state: PyTree, action: Float[Array, "agents act worlds"], keys: Key[Array, " worlds"]
+    ) -> tuple[PyTree, TimeStep]:
+        state, step = self.env.step_worlds(state, self.acted(action), keys)
+        return state, self._changed(step)
+
+    def describe(self) -> dict[str, Any]:
+        return self.env.describe()
+
+    def _changed(self, step: TimeStep) -> TimeStep:
+        return TimeStep(
+            observation=self.seen(step.observation),
+            local_rewards=self.paid(step.local_rewards),
+            team_reward=step.team_reward,
+            terminated=step.terminated,
+            truncated=step.truncated,
+        )
