@@ -1,4 +1,4 @@
-"""The six presets of the thesis and one without an order, and what is said of every value that makes no Rover Domain."""
+"""The presets, six of them the thesis's, and what is said of every value that makes no Rover Domain."""
 
 import dataclasses
 import importlib.util
