@@ -21,6 +21,7 @@ from skillcrew.envs.presets import make
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.errors import UserError
 from skillcrew.evolution.coevolution import CoevolutionConfig
+from skillcrew.evolution.evosax_bridge import EvosaxConfig
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.evolution.hall_of_fame import HallOfFameConfig
 from skillcrew.evolution.mutation import MutationConfig
@@ -50,6 +51,7 @@ __all__ = [
     "Environment",
     "Evaluation",
     "EvolutionConfig",
+    "EvosaxConfig",
     "HallOfFameConfig",
     "IndependentDDPG",
     "IndependentDDPGConfig",

@@ -6,6 +6,7 @@ import pytest
 
 from oracles.refusals import refusal, unhooked
 from skillcrew.algorithms import mfl, team_search
+from skillcrew.evolution.evosax_bridge import EVOSAX_NAMES
 from skillcrew.evolution.strategy import StrategyConfig
 
 loaded = unhooked(team_search)
@@ -31,9 +32,28 @@ def test_refuses_a_value_and_names_field_and_value(config: str, field: str, valu
 @pytest.mark.parametrize(
     ("fields", "expected"),
     [
-        ({"evolver": "stratgey"}, ["evolver 'stratgey'", "nearest first: strategy, genetic, coevolution"]),
+        (
+            {"evolver": "stratgey"},
+            ["evolver 'stratgey'", "nearest first: strategy,", "coevolution", "sep_cma_es"],
+        ),
         ({"population": 5}, ["population = 5", "elites + 2 = 6"]),
         ({"evolver": "strategy", "population": 9}, ["population = 9", "mirrored pairs"]),
+        (
+            {"evolver": "open_es", "population": 9},
+            ["population = 9", "evolver = open_es samples mirrored pairs", "give an even number"],
+        ),
+        ({"evolver": "snes", "population": 3}, ["population = 3", "evolver = snes", "give at least 4"]),
+        (
+            {"evolver": "open_es", "episodes_shared_by": "pair"},
+            ["episodes_shared_by = pair", "evolver = open_es", "set episodes_shared_by to population"],
+        ),
+        *(
+            (
+                {"race": team_search.RaceConfig(finalists=3), "evolver": evolver},
+                ["race.finalists = 3", "set race.finalists to 0 or evolver to genetic"],
+            )
+            for evolver in EVOSAX_NAMES
+        ),
         (
             {"evolver": "coevolution", "population": 5},
             ["population = 5", "a subpopulation has 5 individuals"],
@@ -63,6 +83,7 @@ def test_a_population_need_suit_only_the_evolver_that_is_used() -> None:
     # Two are too few for four elites, and enough for one mirrored pair.
     team_search.SearchConfig(evolver="strategy", population=2, strategy=StrategyConfig())
     team_search.SearchConfig(evolver="genetic", population=7)
+    team_search.SearchConfig(evolver="cma_es", population=5)
 
 
 @pytest.mark.parametrize(

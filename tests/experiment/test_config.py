@@ -75,6 +75,7 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
             learner=altered(sc.TD3Config(), network=sc.NetworkConfig((6, 7, 8), "none")),
             plateau=altered(sc.PlateauConfig()),
             strategy=altered(StrategyConfig()),
+            evosax=altered(sc.EvosaxConfig()),
             coevolution=sc.CoevolutionConfig(
                 3, "min", altered(sc.HallOfFameConfig(), sampling="proportional")
             ),
@@ -115,6 +116,7 @@ REMEMBERING = PolicyConfig((5, 9), "none", 4, "team")
                 "strategy": StrategyConfig(deviation=0.25, learning_rate=0.5, fitness_memory=3.0),
             },
         ),
+        ("madys", {"evolver": "sep_cma_es", "evosax": sc.EvosaxConfig(0.25, 0.5, 3.0)}),
         ("madys", {**SEARCH, "selector": REMEMBERING, "recorded_episodes": 2}),
         ("mfl", {}),
         ("mfl", {**SEARCH, "selector": REMEMBERING, "pretraining_steps": 999, "exploration_change": 0.375}),

@@ -12,6 +12,7 @@ from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.coevolution import CoevolutionConfig, CooperativeCoevolution
 from skillcrew.evolution.evolver import Evolver, Host, Migrants
+from skillcrew.evolution.evosax_bridge import EVOSAX_NAMES, EvosaxConfig, EvosaxName, EvosaxStrategy
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm
 from skillcrew.evolution.selection import rank
 from skillcrew.evolution.strategy import EvolutionStrategy, StrategyConfig
@@ -19,7 +20,7 @@ from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.team import Team
 from skillcrew.rollout import Episodes, Lineup, Start, rollout
 
-EvolverName = Literal["genetic", "strategy", "coevolution"]
+EvolverName = Literal["genetic", "strategy", "coevolution", EvosaxName]
 HOSTS: tuple[EvolverName, ...] = ("genetic", "coevolution")
 """Evolvers with places that migrants can take; see `Host`."""
 
@@ -61,13 +62,16 @@ class SearchConfig:
     evolver: EvolverName = "genetic"
     """What the next generation is made by: "genetic" (Algorithm 1) breeds the best teams, "strategy" moves
     the mean of a cloud of teams up their fitness, "coevolution" breeds each agent's network in a
-    subpopulation of its own and draws teams across them."""
+    subpopulation of its own and draws teams across them; the others are evolution strategies of evosax
+    (see docs/algorithms/evolvers.md)."""
     evolution: EvolutionConfig = dataclasses.field(default_factory=EvolutionConfig)
     """How the genetic algorithm breeds, and each subpopulation of a coevolution."""
     coevolution: CoevolutionConfig = dataclasses.field(default_factory=CoevolutionConfig)
     """How teams are drawn across subpopulations."""
     strategy: StrategyConfig = dataclasses.field(default_factory=StrategyConfig)
     """How the evolution strategy moves."""
+    evosax: EvosaxConfig = dataclasses.field(default_factory=EvosaxConfig)
+    """How evosax' evolution strategies move."""
     race: RaceConfig = dataclasses.field(default_factory=RaceConfig)
     """Whether the best few are scored again before they are ranked."""
 
@@ -84,10 +88,10 @@ class SearchConfig:
             raise unknown_name("episodes_shared_by", str(self.episodes_shared_by), ("population", "pair"))
         if self.episodes_shared_by == "pair" and self.evolver != "strategy":
             raise UserError(
-                f"episodes_shared_by = pair: evolver = {self.evolver} has no pairs, only strategy has; set "
-                "episodes_shared_by to population"
+                f"episodes_shared_by = pair: evolver = {self.evolver} has no pairs that share them, only "
+                "strategy has; set episodes_shared_by to population"
             )
-        if self.race.finalists and self.evolver == "strategy":
+        if self.race.finalists and self.evolver in ("strategy", *EVOSAX_NAMES):
             raise UserError(
                 f"race.finalists = {self.race.finalists}: an evolution strategy weighs every team alike, so "
                 "a race has nothing to decide; set race.finalists to 0 or evolver to genetic"
@@ -105,6 +109,8 @@ class SearchConfig:
                 self.strategy.check_population(self.population)
             case "coevolution":
                 self.coevolution.check_population(self.population, self.evolution)
+            case "cma_es" | "sep_cma_es" | "open_es" | "snes":
+                self.evosax.check_population(self.population, self.evolver)
             case _:
                 raise unknown_name("evolver", str(self.evolver), get_args(EvolverName))
 
@@ -224,6 +230,8 @@ def _make_evolver(config: SearchConfig, codec: GenomeCodec, n_agents: int) -> Ev
         return GeneticAlgorithm(config.evolution, codec.create)
     if config.evolver == "strategy":
         return EvolutionStrategy(config.strategy, codec.create)
+    if config.evolver != "coevolution":
+        return EvosaxStrategy(config.evolver, config.evosax, codec.create, config.population)
     if codec.networks != n_agents:
         raise UserError(
             "evolver = coevolution: each agent's own network has a subpopulation; set its sharing to agent"
