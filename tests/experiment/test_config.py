@@ -10,7 +10,7 @@ from skillcrew.algorithms.registry import algorithm_class
 from skillcrew.algorithms.team_search import RaceConfig
 from skillcrew.envs.presets import PRESETS
 from skillcrew.evolution.strategy import StrategyConfig
-from skillcrew.experiment.config import RunConfig, from_yaml, to_yaml
+from skillcrew.experiment.config import RunConfig, algorithm_from_yaml, from_yaml, to_yaml
 from skillcrew.policies.memory import PolicyConfig
 
 
@@ -122,6 +122,9 @@ REMEMBERING = PolicyConfig((5, 9), "none", 4, "team")
         ("mfl", {**SEARCH, "selector": REMEMBERING, "pretraining_steps": 999, "exploration_change": 0.375}),
         ("ea", {}),
         ("ea", {**SEARCH, "actor": REMEMBERING}),
+        ("merl", {"sharing": "agent", "reward": "go_to_poi_B+go_to_agent", "migration_period": 7}),
+        ("erl", {"reward": "local", "task_ends_value": False}),
+        ("cerl", {"discounts": (0.25, 0.5, 0.75), "resources": sc.ResourceConfig(0.5, 0.25, 2.0)}),
         (
             "ea",
             {
@@ -253,3 +256,20 @@ def test_tags_that_would_run_code_are_refused_and_run_nothing(file, tmp_path):
 def test_run_options_out_of_range(fields):
     with pytest.raises(sc.UserError, match=next(iter(fields))):
         RunConfig(**fields)
+
+
+def test_a_partly_given_group_keeps_the_algorithms_own_defaults_for_the_rest(tmp_path):
+    """MADyS's learner is not `TD3Config()`: naming its network must change nothing else of it."""
+    path = tmp_path / "smaller.yaml"
+    path.write_text("algorithm: {name: madys, learner: {network: {hidden: [5]}}, plateau: {window: 7}}\n")
+    config = algorithm_from_yaml(path, sc.make("rover-t2-c1")).config
+    default = sc.MADySConfig()
+    assert config.learner.network.hidden == (5,)
+    assert config.learner == dataclasses.replace(
+        default.learner, network=dataclasses.replace(default.learner.network, hidden=(5,))
+    )
+    assert config.plateau == dataclasses.replace(default.plateau, window=7)
+    assert default.learner.discount != sc.TD3Config().discount
+    path.write_text("algorithm: {name: madys, learner: {network: {width: 5}}}\n")
+    with pytest.raises(sc.UserError, match=r"unknown field in .*learner.network 'width'"):
+        algorithm_from_yaml(path, sc.make("rover-t2-c1"))

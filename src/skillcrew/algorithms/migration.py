@@ -17,8 +17,10 @@ from skillcrew.algorithms.team_search import HOSTS, SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError
 from skillcrew.evolution.evolver import Migrants
+from skillcrew.learners.td3 import TD3Config
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.memory import MemoryNetwork
+from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.team import ActorTeam, NoisyTeam
 from skillcrew.rollout import Lineup, Start, rollout
@@ -32,6 +34,12 @@ class MigrationConfig(SearchConfig, ActorLearningConfig):
     """Noisy episodes of learners per generation, each in a fresh world (ERL: 1)."""
     migration_period: int = 1
     """Generations between two migrations of learners into the population (ERL: 1 to 10)."""
+    learner: TD3Config = dataclasses.field(
+        default_factory=lambda: TD3Config(discount=0.99, network=NetworkConfig(hidden=(32,)))
+    )
+    """How actors learn. The network is also what evolves, and large ones evolve slowly: champions of
+    rover-t2-c1 had a fitness of 0.3 after 1 M steps of ERL with layers of (64, 64), of 0.45 with one of
+    (16,) (3 seeds)."""
 
     def __post_init__(self) -> None:
         SearchConfig.__post_init__(self)

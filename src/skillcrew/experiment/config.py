@@ -106,10 +106,26 @@ def _sections(path: Path) -> dict[str, Any]:
 def _algorithm(section: Any, where: str, env: Environment) -> Algorithm:
     name, fields = _named(section, where)
     try:
-        config = parse(algorithm_class(name).config_class, fields, where)
+        kind = algorithm_class(name).config_class
+        config = parse(kind, completed(kind(), fields), where)
         return make_algorithm(name, env, config)
     except UserError as error:
         raise UserError(_placed(where, str(error))) from error
+
+
+def completed(default: Any, values: Any) -> Any:
+    """Values with the fields that they leave out taken from a default, on every level.
+
+    An algorithm's own defaults are not those of the dataclasses inside: its learner's discount is not
+    `TD3Config`'s, and naming the learner's network must not change it.
+    """
+    if not (dataclasses.is_dataclass(default) and isinstance(values, dict)):
+        return values
+    whole = {field.name: getattr(default, field.name) for field in dataclasses.fields(default)}
+    plain = {
+        name: dataclasses.asdict(of) if dataclasses.is_dataclass(of) else of for name, of in whole.items()
+    }
+    return {**plain, **{name: completed(whole.get(name), value) for name, value in values.items()}}
 
 
 def parse(kind: Any, values: Any, where: str) -> Any:
