@@ -28,7 +28,6 @@ from skillcrew.algorithms.madys import MADyS
 from skillcrew.algorithms.skill_teams import SkillTeamsState
 from skillcrew.algorithms.skill_training import train_skills
 from skillcrew.envs.presets import make
-from skillcrew.evolution.genetic import next_generation
 from skillcrew.experiment import generation
 from skillcrew.experiment.config import RunConfig
 from skillcrew.policies.memory import PolicyConfig
@@ -82,7 +81,7 @@ def rollout_program(algorithm: MADyS) -> Callable[[SkillTeamsState, Any], Trajec
 
     def live(state: SkillTeamsState, key: Any) -> Trajectories:
         skills = state.skills.in_use()
-        start = search.start(key, state.search)
+        start = search.start(key)
         teams = search.lineup(state.search, start, lambda own: SkillTeam(own, skills, env.n_agents))
         lineup = teams.beside(learning.probes(state.skills, start))
         noise = learning.noise(~state.skills.plateau.stopped.all())
@@ -97,7 +96,8 @@ def parts(algorithm: MADyS, state: SkillTeamsState) -> dict[str, float]:
     config, learning = algorithm.config, algorithm._skills
     live = rollout_program(algorithm)
     lived = live(state, key)
-    evolve = jax.jit(lambda k, s: next_generation(k, s, jnp.ones(config.population), config.evolution))
+    evolver, ones = algorithm._search._evolver, jnp.ones(config.population)
+    evolve = jax.jit(lambda k, s: evolver.next_generation(k, s, ones, ones))
 
     def train(key, state):
         return train_skills(
@@ -114,7 +114,7 @@ def parts(algorithm: MADyS, state: SkillTeamsState) -> dict[str, float]:
     return {
         "rollout": seconds_per_call(live, state, key),
         "update": seconds_per_call(jax.jit(train), key, state.skills),
-        "evolution": seconds_per_call(evolve, key, state.search.evolver),
+        "evolution": seconds_per_call(evolve, key, state.search),
         "buffer": buffer_seconds(algorithm, lived)[0],
     }
 

@@ -1,4 +1,4 @@
-"""EA: the evolutionary algorithm of MADyS on primitive actions (thesis, section 4.3)."""
+"""EA: the evolutionary algorithm of MADyS on primitive actions (thesis, section 4.2)."""
 
 import dataclasses
 from typing import Any

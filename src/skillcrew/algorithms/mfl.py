@@ -1,4 +1,4 @@
-"""MFL: Multi-fitness Learning, in the form that the thesis compares with (sections 2.2.5 and 4.3).
+"""MFL: Multi-fitness Learning, in the form that the thesis compares with (sections 2.2.5 and 4.2).
 
 The same teams of selectors over the same skills as in MADyS, but one after the other: skills are
 trained first, from the experience of agents that choose among them at random; then they are frozen,
@@ -24,7 +24,7 @@ class MFLConfig(SkillTeamsConfig):
     pretraining_steps: int = 600_000
     """Environment steps for which the skills are trained before selectors evolve."""
     exploration_change: float = 0.1
-    """Probability per step that an agent, while skills are trained, changes to another random skill."""
+    """Probability per step that an agent, while skills are trained, draws a skill anew from all of them."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -65,6 +65,8 @@ class MFL(SkillTeams):
         generation = state.generation + 1
         learned, returns = self._skills.learn(key_skills, state.skills, recorded, generation, ~pretraining)
 
-        steps = state.environment_steps + lived + measured.pop("race_steps", 0)
+        # Nothing is bred while skills are trained, so there is nothing that a race would decide.
+        raced = jnp.where(pretraining, 0, measured.pop("race_steps", 0))
+        steps = state.environment_steps + lived + raced
         state = SkillTeamsState(key, search, learned, generation, steps)
         return state, {"environment_steps": steps, "pretraining": pretraining, **measured, **returns}

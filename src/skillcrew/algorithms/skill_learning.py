@@ -27,7 +27,8 @@ class SkillConfig:
     """Skills to choose among, by name. Default: all that the environment has."""
     probe_episodes: int = 3
     """Episodes per skill and generation in which all agents use that skill alone: they measure
-    its return R_k. They count as environment steps and enter the buffer like all others."""
+    its return R_k, with exploration noise while any skill learns. They count as environment steps and enter
+    the buffer like all others."""
     updates: int = 100
     """Critic updates per skill and generation; a multiple of learner.policy_delay."""
     task_ends_skills: bool = False

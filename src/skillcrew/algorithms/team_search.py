@@ -48,7 +48,7 @@ class SearchConfig:
     population: int = 40
     """Teams (M)."""
     episodes: int = 5
-    """Evaluation episodes per team and generation (num_envs); all teams meet the same ones. Few, for
+    """Evaluation episodes per team and generation (num_envs); see `episodes_shared_by`. Few, for
     lineage averages make up for the noise: 0.40 M steps brought champions to 0.64 with 5, to 0.17
     with 10 (means over 5 seeds)."""
     fitness_discount: float = 0.98

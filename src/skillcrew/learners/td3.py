@@ -17,10 +17,11 @@ from skillcrew.policies.network import NetworkConfig
 
 @dataclasses.dataclass(frozen=True)
 class TD3Config:
-    """One skill's learner. DDPG is `TD3Config.ddpg()`: one critic, no delay, no target noise."""
+    """How one policy learns. DDPG is `TD3Config.ddpg()`: one critic, no delay, no target noise."""
 
     discount: float = 0.9
-    """Discount γ per step. Skills look a few steps ahead; measured on the Rover Domain."""
+    """Discount γ per step; each algorithm has a default of its own, for skills look a few steps ahead and
+    actors as far as the task takes."""
     soft_update: float = 0.005
     """Share τ by which targets follow (eq. 3.4)."""
     actor_learning_rate: float = 1e-3

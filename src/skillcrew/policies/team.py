@@ -153,7 +153,7 @@ class WanderingTeam(eqx.Module):
     team: SkillTeam
     exploring: Bool[Array, ""]
     change: float = eqx.field(static=True)
-    """Probability per step that an exploring agent draws another skill."""
+    """Probability per step that an exploring agent draws a skill anew."""
 
     def initial_memory(self) -> tuple[PyTree, Int[Array, " agents"]]:
         """The selectors' memory, and the skill that each agent explores by; -1 for none yet."""
