@@ -15,6 +15,7 @@ from oracles.rover_cases import quick_jit
 from skillcrew.algorithms import skill_teams as module
 from skillcrew.algorithms.mfl import MFL, MFLConfig
 from skillcrew.algorithms.skill_teams import SkillTeamsState
+from skillcrew.algorithms.team_search import RaceConfig
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.evolution.genetic import EvolutionConfig
@@ -234,3 +235,17 @@ def test_the_champion_acts_by_its_selectors(evolved) -> None:
     np.testing.assert_array_equal(genes.ravel(), state.search.genomes[0])
     assert identical(team.skills, state.skills.learners.target_actor)
     assert algorithm.choices() == NAMES
+
+
+def test_a_race_costs_steps_only_where_it_decides_who_breeds() -> None:
+    """While skills are trained nobody breeds; after that its episodes count."""
+    steps = {}
+    for finalists in (0, 3):
+        race = RaceConfig(finalists=finalists, episodes=4)
+        algorithm = MFL(ENV, dataclasses.replace(CONFIG, race=race))
+        step = quick_jit(algorithm.step)
+        start = algorithm.init(jax.random.key(5))
+        trained = dataclasses.replace(start, environment_steps=jnp.asarray(BUDGET, jnp.int32))
+        steps[finalists] = [int(step(state)[1]["environment_steps"]) for state in (start, trained)]
+    assert steps[0][0] == steps[3][0]
+    assert steps[0][1] < steps[3][1] <= steps[0][1] + 3 * 4 * WORLD.episode_length

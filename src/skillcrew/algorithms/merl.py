@@ -8,12 +8,9 @@ Team reward: evolution only. Local rewards: gradients only.
 import dataclasses
 from typing import Any, Literal
 
-import jax.numpy as jnp
-from jaxtyping import Array, Key
-
 from skillcrew.algorithms.actor_learning import ActorLearning
-from skillcrew.algorithms.algorithm import ActsDirectly, override
-from skillcrew.algorithms.migration import Migration, MigrationConfig, MigrationState
+from skillcrew.algorithms.algorithm import override
+from skillcrew.algorithms.migration import Migration, MigrationConfig, MigrationState, OneLearnerMigrates
 from skillcrew.algorithms.skill_learning import SkillConfig
 from skillcrew.envs.environment import Environment
 from skillcrew.envs.identified import Identified
@@ -66,7 +63,7 @@ class MERLConfig(MigrationConfig):
             )
 
 
-class MERL(ActsDirectly):
+class MERL(OneLearnerMigrates):
     """Teams of actors evolve on the team reward, and one that learns on local rewards migrates into them.
 
     `MERL(env, reward="go_to_poi_A")` overrides fields of `MERLConfig`.
@@ -92,21 +89,7 @@ class MERL(ActsDirectly):
         )
         self._migration = Migration(told, self.config, learning, networks=actors, heads=heads)
 
-    def init(self, key: Key[Array, ""]) -> MigrationState:
-        """Random actors, empty buffers."""
-        return self._migration.init(key)
-
-    def step(self, state: MigrationState) -> tuple[MigrationState, dict[str, Array]]:
-        """One generation; the one learning team lives all noisy episodes."""
-        explorer = jnp.zeros(self.config.learner_episodes, jnp.int32)
-        state, metrics, _ = self._migration.generation(state, explorer)
-        return state, metrics
-
     def team(self, state: MigrationState) -> ActorTeam | IdentifiedTeam:
         """The champion of the population."""
         champion = self._migration.champion(state)
         return IdentifiedTeam(champion) if self.config.sharing == "trunk" else champion
-
-    def transient_bytes(self) -> int:
-        """What a generation takes beside the state."""
-        return self._migration.transient_bytes()

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, Key
 
 from skillcrew.algorithms.actor_learning import ActorLearning, ActorLearningConfig, ActorLearningState
+from skillcrew.algorithms.algorithm import ActsDirectly
 from skillcrew.algorithms.team_search import HOSTS, SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError
@@ -180,3 +181,24 @@ class Migration:
         env, network = self._env, self.config.learner.network
         actor = Actor.create(key, env.observation_size, env.action_size, network, self._heads)
         return MemoryNetwork.of_actor(actor)
+
+
+class OneLearnerMigrates(ActsDirectly):
+    """What ERL and MERL do in a generation; who acts, learns and evolves is theirs to say."""
+
+    config: Any
+    _migration: Migration
+
+    def init(self, key: Key[Array, ""]) -> MigrationState:
+        """Random actors, empty buffers."""
+        return self._migration.init(key)
+
+    def step(self, state: MigrationState) -> tuple[MigrationState, dict[str, Array]]:
+        """One generation; the one learner, or team of learners, lives all noisy episodes."""
+        explorer = jnp.zeros(self.config.learner_episodes, jnp.int32)
+        state, metrics, _ = self._migration.generation(state, explorer)
+        return state, metrics
+
+    def transient_bytes(self) -> int:
+        """What a generation takes beside the state."""
+        return self._migration.transient_bytes()
