@@ -15,7 +15,7 @@ class Lineage(eqx.Module):
     """What is known of each individual before its next evaluation."""
 
     mean: Float[Array, " population"]
-    """Mean fitness so far, in [0, 1]; means nothing where `evaluations` is 0."""
+    """Mean fitness so far; means nothing where `evaluations` is 0."""
     evaluations: Float[Array, " population"]
     """Evaluations that the mean stands for; fractions come from inheritance."""
 
