@@ -31,7 +31,7 @@ DISCOUNTS = (0.9, 0.99, 0.997, 0.9995)
 LEARNER = sc.TD3Config(discount=0.99, network=sc.NetworkConfig(input_scaling="none"))
 EVOLUTION: dict[str, Any] = {
     "population": 10,
-    "episodes": 1,
+    "episodes": 3,
     "fitness_discount": 1.0,
     "evolution": sc.EvolutionConfig(elites=2, lineage_prior=0.0, champion_prior=0.0),
 }
@@ -45,7 +45,7 @@ def alone(discount: float) -> sc.IndependentTD3:
 
 def erl_and_parts() -> dict[str, Any]:
     """ERL; its learner without evolution, its evolution without a learner."""
-    lived = EVOLUTION["population"] + 2
+    lived = (EVOLUTION["population"] + 1) * EVOLUTION["episodes"] + 1
     actor = sc.PolicyConfig(hidden=LEARNER.network.hidden, input_scaling="none")
     return {
         "ERL": sc.ERL(Pendulum(), **EVOLUTION, updates=lived * UPDATES_PER_EPISODE, learner=LEARNER),
@@ -56,13 +56,13 @@ def erl_and_parts() -> dict[str, Any]:
 
 def cerl_and_parts() -> dict[str, Any]:
     """CERL, and each of its learners without the others."""
-    episodes = 2 * len(DISCOUNTS)
+    lived = (EVOLUTION["population"] + len(DISCOUNTS)) * EVOLUTION["episodes"] + len(DISCOUNTS)
     cerl = sc.CERL(
         Pendulum(),
         **EVOLUTION,
         discounts=DISCOUNTS,
         learner_episodes=len(DISCOUNTS),
-        updates=(EVOLUTION["population"] + episodes) * UPDATES_PER_EPISODE,
+        updates=lived * UPDATES_PER_EPISODE,
         learner=LEARNER,
     )
     return {"CERL": cerl, **{f"TD3 alone, discount {one}": alone(one) for one in DISCOUNTS}}
@@ -118,7 +118,7 @@ def measure(title: str, algorithms: Mapping[str, Any], steps: int, folder: Path)
         "over seeds with 95 % intervals; final returns are over 500 fresh episodes. About -150 is the best",
         f"that can be done from random starts. {UPDATES_PER_EPISODE} updates of each learner an episode",
         f"of 200 steps, networks of {LEARNER.network.hidden} units, {EVOLUTION['population']} individuals of",
-        f"{EVOLUTION['episodes']} episode. Standings lean on nothing but an individual's own lineage",
+        f"{EVOLUTION['episodes']} episodes. Standings lean on nothing but an individual's own lineage",
         "(evolution.lineage_prior and champion_prior 0): the population's mean, with its many mutants that",
         "cannot swing at all, would say little about anybody.",
         "",

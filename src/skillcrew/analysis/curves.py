@@ -1,6 +1,7 @@
 """Learning curves, alone and beside each other, as in Figures 4.2 and 4.3 of the thesis."""
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -66,7 +67,10 @@ def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figur
         title: stands above all panels.
     """
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(1.0 + 3.1 * len(panels), 3.7), layout=layout())
+        # Two entries fit under a panel, and each row of them takes its own height and none from the axes.
+        entries = len(next(iter(panels.values()))) + 1
+        rows = math.ceil(entries / (2 * len(panels)))
+        figure = Figure(figsize=(1.0 + 3.1 * len(panels), 3.5 + 0.2 * rows), layout=layout())
         row = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
         for axes, (name, curves) in zip(row, panels.items(), strict=True):
             bare = [dataclasses.replace(curve, per_seed=[]) for curve in curves]
@@ -80,7 +84,6 @@ def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figur
             handles = [*handles, Line2D([], [], color="#333333", linestyle=":", linewidth=1.2)]
             labels.append(f"end of pre-training ({pretrained[0].label})")
         figure.suptitle(title)
-        # Two entries fit under a panel.
         columns = min(len(labels), 2 * len(panels))
         figure.legend(handles, labels, loc="outside lower center", ncols=columns)
     return figure
