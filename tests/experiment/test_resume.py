@@ -22,8 +22,10 @@ from experiment.tiny import (
     contents,
     last_arrays,
     start_command,
+    tiny_cerl,
     tiny_ea,
     tiny_madys,
+    tiny_merl,
     tiny_mfl,
 )
 from skillcrew.experiment.metrics import read_metrics
@@ -53,7 +55,7 @@ def test_stopped_through_ctrl_c_and_then_by_an_error(finished, tmp_path):
         np.testing.assert_array_equal(ours, theirs)
 
 
-@pytest.mark.parametrize("make", [tiny_ea, tiny_mfl])
+@pytest.mark.parametrize("make", [tiny_ea, tiny_mfl, tiny_merl, tiny_cerl])
 def test_other_algorithms_resume_to_the_same_bits(make, tmp_path):
     compile_once()
     algorithm, options = make(), {**OPTIONS, "generations_per_report": 3}

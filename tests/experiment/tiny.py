@@ -95,6 +95,41 @@ def tiny_mfl(**overrides) -> MFL:
     return MFL(like.env, **{**fields, **overrides})
 
 
+def tiny_merl(**overrides) -> sc.MERL:
+    """A network for each rover, learned and bred in subpopulations with a hall of fame."""
+    like = tiny_madys()
+    fields = {
+        "population": 12,
+        "episodes": 2,
+        "learner_episodes": 3,
+        "migration_period": 2,
+        "updates": 2,
+        "buffer_capacity": 400,
+        "sharing": "agent",
+        "evolver": "coevolution",
+        "evolution": sc.EvolutionConfig(elites=2),
+        "coevolution": sc.CoevolutionConfig(teams=2, hall_of_fame=sc.HallOfFameConfig(size=3)),
+        "learner": like.config.learner,
+    }
+    return sc.MERL(like.env, **{**fields, **overrides})
+
+
+def tiny_cerl(**overrides) -> sc.CERL:
+    """Two learners for whose episodes a resource manager draws lots."""
+    like = tiny_madys()
+    fields = {
+        "population": 7,
+        "episodes": 2,
+        "discounts": (0.5, 0.9),
+        "learner_episodes": 3,
+        "migration_period": 2,
+        "updates": 2,
+        "buffer_capacity": 400,
+        "learner": like.config.learner,
+    }
+    return sc.CERL(like.env, **{**fields, **overrides})
+
+
 @functools.cache
 def finished_run() -> Path:
     """A run to the end of its budget, uninterrupted. Copy it before changing anything."""
