@@ -76,7 +76,8 @@ def train(algorithm: Any, steps: int, episodes: int) -> tuple[list[Any], np.ndar
         final = run.evaluate(episodes).returns.mean(1)
     curves = []
     for seed in SEEDS:
-        own = rows["seed"] == seed
+        # A run goes on to the end of its report; what it lived beyond the budget is nobody's.
+        own = (rows["seed"] == seed) & (rows["environment_steps"] <= steps)
         curves.append((rows["environment_steps"][own], rows["success_rate"][own]))
     return curves, final
 
@@ -107,7 +108,8 @@ def measure(title: str, algorithms: Mapping[str, Any], steps: int, folder: Path)
     ]
     for name, algorithm in algorithms.items():
         curves[name], final = train(algorithm, steps, episodes=500)
-        over_run = np.array([values.mean() for _, values in curves[name]])
+        grid = np.linspace(0, steps, 200)
+        over_run = np.array([np.interp(grid, *rows).mean() for rows in curves[name]])
         each = " ".join(f"{value:.0f}" for value in final)
         lines.append(f"| {name} | {_said(final)} | {_said(over_run)} | {each} |")
         print(lines[-1], flush=True)
