@@ -6,6 +6,7 @@ algorithms, so that what disturbs the machine meets all; a ratio is the median o
 
 import argparse
 import json
+import math
 import statistics
 import tempfile
 import time
@@ -107,7 +108,7 @@ def _most_steps(algorithm: Algorithm) -> int:
     return int(jax.jit(algorithm.step)(state)[1]["environment_steps"])
 
 
-def page(environment: str, rounds: int, generations: int) -> list[str]:
+def page(environment: str, rounds: int, duration: float) -> list[str]:
     """The table of one environment."""
     seconds = seconds_per_generation(environment, rounds)
     lines = [f"## {environment}", "", "| algorithm | a generation | of MADyS's | outside the program |"]
@@ -116,8 +117,8 @@ def page(environment: str, rounds: int, generations: int) -> list[str]:
         ratio = statistics.median(
             own / reference for own, reference in zip(seconds[name], seconds["madys"], strict=True)
         )
-        outside = share_outside(algorithm, generations)
         spent = statistics.median(seconds[name])
+        outside = share_outside(algorithm, math.ceil(duration / spent))
         lines.append(f"| {name} | {spent * 1e3:.0f} ms | {ratio:.2f} | {outside:.1%} |")
         print(lines[-1], flush=True)
     return [*lines, ""]
@@ -127,7 +128,7 @@ def main() -> None:
     """Measures, prints and writes the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--generations", type=int, default=150, help="of the runs in the last column")
+    parser.add_argument("--seconds", type=float, default=20, help="of each run in the last column")
     parser.add_argument("environments", nargs="*", default=["rover-t2-c2"])
     options = parser.parse_args()
     lines = [
@@ -138,12 +139,12 @@ def main() -> None:
         f"One seed, {SIZES['population']} teams of {SIZES['episodes']} episodes, {UPDATES} updates for each",
         f"learner and generation, at the start of a run; medians of {options.rounds} rounds of {GENERATIONS}",
         "generations, in turn. The last column is of a run of its own, of",
-        f"about {options.generations} generations: the share of its time that was spent",
+        f"about {options.seconds:.0f} seconds: the share of its time that was spent",
         "on metrics, progress and checkpoints. Scoring champions on fresh episodes is inside the program.",
         "",
     ]
     for environment in options.environments:
-        lines += page(environment, options.rounds, options.generations)
+        lines += page(environment, options.rounds, options.seconds)
     PAGE.write_text("\n".join(lines))
 
 
