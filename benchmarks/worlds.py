@@ -1,4 +1,4 @@
-"""Worlds as a stranger writes them, in metres and unlike the Rover Domain, and a check that each can be solved.
+"""Worlds as a stranger writes them, in metres and unlike the Rover Domain, and a check that each is solvable.
 
 Whatever is tuned on rovers alone may lean on their observations (1/distance², by type), their bounded
 rewards and their drive. Nothing here has these. No observation says what has been done: what comes next is
@@ -21,7 +21,7 @@ ENOUGH = 0.97
 
 
 class Handover(sc.Environment):
-    """Two robots in a room of 10 m: both onto the pickup plate, then one holds the door's lever for the other.
+    """Two robots in a room of 10 m: both onto the pickup plate, then one holds a lever for the other.
 
     A robot drives up to 0.6 m a step along each axis, and a plate counts within 0.5 m. The goal counts only
     while somebody holds the lever, so the two have to part: unless lever and goal happen to be close
@@ -123,7 +123,7 @@ _OTHERS = ~jnp.eye(3, dtype=bool)
 
 
 class Harvest(sc.Environment):
-    """Four drones over 12 m of land: two at the well; two at the field while another holds the gate; all home.
+    """Four drones over 12 m of land: two at the well; two at the field while one holds the gate; all home.
 
     A drone asks for a speed of up to 0.8 m a step along each axis, and gets half of what it lacks at every
     step; gusts of 0.05 m push it about. A place counts within 0.7 m, home within 1 m.
