@@ -109,6 +109,9 @@ def test_curves_stand_in_the_panel_of_their_environment(folder, planned, drawn):
         for (steps, values), row in zip(curve.per_seed, expected, strict=True):
             np.testing.assert_array_equal(steps, one.config.steps * np.arange(1, 9) / 8)
             np.testing.assert_allclose(values, row, rtol=1e-6)
+        # As many points in the first decade of a logarithmic axis as in any other.
+        ratios = curve.band.steps[1:] / curve.band.steps[:-1]
+        np.testing.assert_allclose(ratios, ratios[0])
         trained_first = one.algorithm.config.pretraining_steps if one.method == "mfl" else None
         assert curve.pretrained_at == trained_first
 

@@ -44,6 +44,7 @@ def test_learning_curves_draw_what_was_recorded():
             np.testing.assert_array_equal(line.get_xydata(), np.stack([steps[kept], values[kept]], axis=1))
             assert line.get_linewidth() < 1 and line.get_alpha() < 0.5
     assert axes.get_title() == "rover-t2-c2" and axes.get_xlabel() == "Environment steps"
+    assert axes.get_xscale() == "linear" and axes.get_xlim()[0] == 0
     assert axes.get_ylabel() == "Champion's success rate on fresh episodes"
 
 
@@ -114,8 +115,62 @@ def test_panels_draw_each_environment_in_its_own():
             assert mean.get_color() == colour
             assert to_rgb(band.get_facecolor()[0][:3]) == to_rgb(colour)
         assert len(lines(figure, "mean", panel)) == len(bands) == 2
+        first = min(curve.band.steps[0] for curve in curves)
         last = max(curve.band.steps[-1] for curve in curves)
-        assert last <= axes.get_xlim()[1] <= 1.05 * last
+        left, right = axes.get_xlim()
+        assert left < first and last < right, "the border would hide half of a line"
+        assert first / left < 1.2 and right / last < 1.2
+
+
+def between(first, last, pretrained_at=None):
+    """A panel of one method that was measured over a range of steps."""
+    steps = np.geomspace(first, last, 5)
+    half = np.full(5, 0.5)
+    return [Curve("MADyS", Band(steps, half, half, half), [], pretrained_at=pretrained_at)]
+
+
+def across(axes, steps):
+    """Where along the axis some steps stand, 0 at its left end and 1 at its right one."""
+    place = axes.transData.transform([(steps, 0.0)])
+    return float(axes.transAxes.inverted().transform(place)[0, 0])
+
+
+def test_a_factor_of_twenty_is_as_wide_wherever_it_is():
+    axes = panels_of_curves({"rover-t3-c3": between(5e4, 4e7)}, "").axes[0]
+    widths = [across(axes, 20 * steps) - across(axes, steps) for steps in (6e4, 3e5, 2e6)]
+    np.testing.assert_allclose(widths, widths[0], rtol=1e-6)
+    assert widths[0] > 0.4
+    assert axes.get_xlabel() == "Environment steps (logarithmic)"
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "labels"),
+    [
+        (4e4, 9e7, ["100 k", "1 M", "10 M"]),
+        (6e4, 4e7, ["100 k", "300 k", "1 M", "3 M", "10 M", "30 M"]),
+        (9e5, 2e9, ["1 M", "10 M", "100 M", "1 G"]),
+        (4e4, 2e5, ["20 k", "50 k", "100 k", "200 k"]),
+        (40, 700, ["50", "100", "200", "500"]),
+    ],
+)
+def test_ticks_of_panels_are_round_and_each_in_its_own_unit(first, last, labels):
+    axes = panels_of_curves({"": between(first, last)}, "").axes[0]
+    ticks = axes.xaxis.get_majorticklocs()
+    assert list(axes.xaxis.get_major_formatter().format_ticks(ticks)) == labels
+    left, right = axes.get_xlim()
+    assert all(left <= tick <= right for tick in ticks)
+    minor = axes.xaxis.get_minorticklocs()
+    assert len(minor) and not any(axes.xaxis.get_minor_formatter().format_ticks(minor))
+
+
+@pytest.mark.parametrize("pretrained_at", [2e4, 3e6])
+def test_the_end_of_pretraining_is_in_the_panel_and_where_it_was(pretrained_at):
+    figure = panels_of_curves({"": between(1e5, 1e7, pretrained_at)}, "")
+    (dotted,) = lines(figure, "pre-training")
+    assert list(dotted.get_xdata()) == [pretrained_at] * 2
+    first = min(1e5, pretrained_at)
+    expected = np.log(pretrained_at / first) / np.log(1e7 / first)
+    assert across(figure.axes[0], pretrained_at) == pytest.approx(expected, abs=0.03)
 
 
 def test_panels_share_their_y_axis_and_name_it_once():
@@ -128,7 +183,7 @@ def test_panels_share_their_y_axis_and_name_it_once():
         "",
         "",
     ]
-    assert {axes.get_xlabel() for axes in figure.axes} == {"Environment steps"}
+    assert {axes.get_xlabel() for axes in figure.axes} == {"Environment steps (logarithmic)"}
 
 
 def test_panels_have_one_legend_with_each_label_once():
@@ -155,3 +210,5 @@ def test_a_single_panel_of_single_seeds():
     figure = panels_of_curves({"rover-t2-c1": [one_point(1e5)]}, "")
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["EA"]
     assert not [area for area in figure.axes[0].collections if area.get_gid() == "band"]
+    left, right = figure.axes[0].get_xlim()
+    assert left < 1e5 < right and right / left > 10

@@ -184,3 +184,14 @@ def test_choices_that_cannot_be_shares_are_refused():
         skill_shares(np.array([[[0, 3], [-1, 1]]]), 4)
     with pytest.raises(UserError, match="no episodes"):
         skill_shares(np.full((3, 2, 1), -1), 4)
+
+
+def test_a_logarithmic_grid_is_even_in_the_logarithm_and_on_the_same_curve():
+    steps = np.arange(1, 401) * 1e5
+    values = np.minimum(1, steps / 1e7)
+    band = mean_band([steps, steps], [values, values / 2], n_points=50, logarithmic=True)
+    assert (band.steps[0], band.steps[-1]) == (1e5, 4e7)
+    np.testing.assert_allclose(band.steps[1:] / band.steps[:-1], 400 ** (1 / 49))
+    np.testing.assert_allclose(band.mean, 0.75 * np.minimum(1, band.steps / 1e7))
+    single = mean_band([steps[:1]], [values[:1]], logarithmic=True)
+    assert list(single.steps) == [1e5]

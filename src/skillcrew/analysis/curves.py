@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from skillcrew.analysis.canvas import STYLE, layout
 from skillcrew.analysis.statistics import Band
@@ -21,6 +21,11 @@ from skillcrew.errors import UserError
 
 CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#AA4499", "#E69F00", "#56B4E9", "#333333")
 """Okabe and Ito's colours (with a stronger purple), which colour-blind readers tell apart."""
+
+GRID = "#E6E6E6"
+
+UNITS = ((1e9, " G"), (1e6, " M"), (1e3, " k"))
+"""Of environment steps, the largest first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +58,7 @@ def learning_curves(curves: Sequence[Curve], title: str) -> Figure:
         figure = Figure(figsize=(6.4, 3.9 + 0.2 * len(curves)), layout=layout())
         axes = figure.subplots()
         handles = _draw_panel(axes, curves)
+        _linear_steps(axes, curves)
         axes.set_title(title, fontsize=11)
         figure.legend(handles, [_curve_name(curve) for curve in curves], loc="outside lower center")
     return figure
@@ -60,6 +66,9 @@ def learning_curves(curves: Sequence[Curve], title: str) -> Figure:
 
 def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figure:
     """Several comparisons side by side, each in a panel of its own, with one legend.
+
+    Steps are logarithmic: of methods that need 0.3 M and 6 M of them, a linear axis squeezes the first into
+    its edge.
 
     Args:
         panels: by the title of each panel, the same labels in the same order in all of them. Means and
@@ -75,6 +84,7 @@ def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figur
         for axes, (name, curves) in zip(row, panels.items(), strict=True):
             bare = [dataclasses.replace(curve, per_seed=[]) for curve in curves]
             handles = _draw_panel(axes, bare)
+            _logarithmic_steps(axes, bare)
             axes.set_title(name)
             if axes is not row[0]:
                 axes.set_ylabel("")
@@ -90,20 +100,56 @@ def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figur
 
 
 def _draw_panel(axes: Axes, curves: Sequence[Curve]) -> list[Any]:
-    """Draws curves into axes, and returns what stands for each in a legend."""
+    """Draws curves into axes but for the axis of steps, and returns what stands for each in a legend."""
     handles: list[Any] = [_draw_curve(axes, index, curve) for index, curve in enumerate(curves)]
-    axes.set_xlabel("Environment steps")
     axes.set_ylabel("Champion's success rate on fresh episodes")
-    ends = [float(np.max(steps)) for curve in curves for steps, _ in curve.per_seed]
-    last = max(ends or [float(curve.band.steps[-1]) for curve in curves])
-    # A little more room than needed, or the border would hide half of a line that runs along it.
-    axes.set_xlim(0, 1.01 * last or 1)
     axes.set_ylim(-0.02, 1.02)
     axes.set_yticks(np.linspace(0, 1, 6))
-    axes.xaxis.set_major_formatter(_step_formatter(last))
-    axes.grid(axis="y", color="#E6E6E6", linewidth=0.6)
+    axes.grid(axis="y", color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     return handles
+
+
+def _linear_steps(axes: Axes, curves: Sequence[Curve]) -> None:
+    """An axis from 0 to where the last seed ended."""
+    ends = [float(np.max(steps)) for curve in curves for steps, _ in curve.per_seed]
+    last = max(ends or [float(curve.band.steps[-1]) for curve in curves])
+    axes.set_xlabel("Environment steps")
+    # A little more room than needed, or the border would hide half of a line that runs along it.
+    axes.set_xlim(0, 1.01 * last or 1)
+    axes.xaxis.set_major_formatter(_step_formatter(last))
+
+
+def _logarithmic_steps(axes: Axes, curves: Sequence[Curve]) -> None:
+    """An axis from where the first mean begins, or pre-training ends if that is earlier, to the last end."""
+    last = max(float(curve.band.steps[-1]) for curve in curves)
+    begins = [float(curve.band.steps[0]) for curve in curves]
+    begins += [float(curve.pretrained_at) for curve in curves if curve.pretrained_at]
+    # At least one decade, so that there are ticks to read by even if all is a single point.
+    first = min(*begins, last / 10)
+    room = (last / first) ** 0.015
+    axes.set_xlabel("Environment steps (logarithmic)")
+    axes.set_xscale("log")
+    axes.set_xlim(first / room, last * room)
+    axes.xaxis.set_major_locator(FixedLocator(_ticks(first, last)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda steps, _: _human(steps)))
+    axes.xaxis.set_minor_locator(FixedLocator(_multiples(range(1, 10), first, last)))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(axis="x", color=GRID, linewidth=0.6)
+
+
+def _ticks(first: float, last: float) -> list[float]:
+    """Where a logarithmic axis has labels: as many as fit, always at powers of ten."""
+    decades = math.log10(last / first)
+    leading = (1, 2, 5) if decades < 1.5 else (1, 3) if decades < 3 else (1,)
+    return _multiples(leading, first, last)
+
+
+def _multiples(leading: Sequence[int], first: float, last: float) -> list[float]:
+    """Powers of ten times each of some digits, from `first` to `last`."""
+    powers = range(math.floor(math.log10(first)), math.floor(math.log10(last)) + 1)
+    candidates = [digit * 10.0**power for power in powers for digit in leading]
+    return [steps for steps in candidates if first <= steps <= last]
 
 
 def _draw_curve(axes: Axes, index: int, curve: Curve) -> tuple[Patch, Line2D] | Line2D:
@@ -137,6 +183,11 @@ def _curve_name(curve: Curve) -> str:
 
 def _step_formatter(last: float) -> FuncFormatter:
     """Ticks as 0.5 M or 200 k: one unit for the whole axis, so that labels compare at a glance."""
-    units = ((1e9, " G"), (1e6, " M"), (1e3, " k"))
-    scale, suffix = next(((scale, suffix) for scale, suffix in units if last >= scale / 2), (1, ""))
+    scale, suffix = next(((scale, suffix) for scale, suffix in UNITS if last >= scale / 2), (1, ""))
     return FuncFormatter(lambda steps, _: f"{steps / scale:g}{suffix}" if steps else "0")
+
+
+def _human(steps: float) -> str:
+    """100 k, 1 M, 10 M: each tick in its own unit, for a logarithmic axis spans several."""
+    scale, suffix = next(((scale, suffix) for scale, suffix in UNITS if steps >= scale), (1, ""))
+    return f"{steps / scale:g}{suffix}"

@@ -39,8 +39,12 @@ def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -
     return [*written, scores_file]
 
 
-def learning_curve(run: Run, label: str | None = None) -> Curve:
-    """The champion's score on fresh episodes over environment steps, per seed and as a mean with its band."""
+def learning_curve(run: Run, label: str | None = None, logarithmic: bool = False) -> Curve:
+    """The champion's score on fresh episodes over environment steps, per seed and as a mean with its band.
+
+    Args:
+        logarithmic: whether the band is for a logarithmic axis of steps.
+    """
     columns = run.metrics()
     per_seed = [_within_budget(columns, seed, run.config.steps) for seed in run.config.seeds]
     steps, values = [s for s, _ in per_seed], [v for _, v in per_seed]
@@ -48,7 +52,8 @@ def learning_curve(run: Run, label: str | None = None) -> Curve:
         raise UserError(
             f"{run.folder.metrics}: a seed has no generation yet; train longer before drawing a curve"
         )
-    return Curve(label or run.algorithm.label, mean_band(steps, values, window=SMOOTHING), per_seed)
+    band = mean_band(steps, values, window=SMOOTHING, logarithmic=logarithmic)
+    return Curve(label or run.algorithm.label, band, per_seed)
 
 
 def _within_budget(columns: Columns, seed: int, budget: int) -> tuple[np.ndarray, np.ndarray]:

@@ -29,6 +29,7 @@ def mean_band(
     window: int = 1,
     lower: float = 0.0,
     upper: float = 1.0,
+    logarithmic: bool = False,
 ) -> Band:
     """The mean curve over seeds that have been measured at different environment steps.
 
@@ -47,6 +48,8 @@ def mean_band(
             that smoothing never shows success before it happened.
         lower: the least possible value; the interval is clipped to it.
         upper: the greatest possible value; likewise.
+        logarithmic: whether the grid is even in the logarithm of steps and not in steps, for an axis of that
+            kind; an even one would leave the first decade of a long curve a few points.
 
     Raises:
         UserError: a seed without any value, or seeds that share no range of steps.
@@ -62,7 +65,8 @@ def mean_band(
         raise UserError(
             f"the seeds share no range of environment steps: one begins at {first:g}, one ends at {last:g}"
         )
-    grid = np.linspace(first, last, n_points) if first < last else np.array([first])
+    spaced = np.geomspace if logarithmic else np.linspace
+    grid = spaced(first, last, n_points) if first < last else np.array([first])
     on_grid = np.stack([np.interp(grid, x, moving_average(y, window)) for x, y in curves])
     return Band(grid, *t_interval(on_grid, lower, upper))
 
