@@ -1,6 +1,7 @@
 """What a comparison ends in, from runs whose curves and scores are made up, and from a real one."""
 
 import csv
+import dataclasses
 import json
 import shutil
 
@@ -163,6 +164,23 @@ def test_the_table_has_what_each_seed_reached(folder, planned, not_drawn):
                 np.testing.assert_equal(float(row[name]), expected)
     assert next(rows, None) is None
     assert len({row["steps_to_half"] for row in table(folder)}) > 2, "all reach it together"
+
+
+def test_areas_are_compared_over_the_steps_that_all_methods_had(folder, not_drawn):
+    planned = [one for one in plan(("fig-4.2",), SEEDS) if one.environment == "rover-t2-c1"]
+    short = dataclasses.replace(planned[2].config, steps=2000)
+    planned[2] = dataclasses.replace(planned[2], config=short)
+    for one in planned:
+        made_up.write_run(folder.run(one), one, heights(0))
+        made_up.write_report(folder.run(one), WINS)
+    results(folder, ["rover-t2-c1"], planned)
+    rows = table(folder)
+    assert [int(row["steps"]) for row in rows] == [8000] * 8 + [2000] * 4
+    for row, height in zip(rows, 3 * list(heights(0).values()), strict=True):
+        # Lines that climb to their height within 8000 steps have climbed a quarter of it within 2000.
+        reached = height if row["steps"] == "2000" else height / 4
+        assert float(row["area"]) == pytest.approx(reached / 2, rel=1e-5)
+    assert "0.008 M in rover-t2-c1 (0.002 M for EA)" in (folder.path / "table.md").read_text()
 
 
 def test_the_skills_are_those_of_the_seed_with_the_median_success(folder, planned, not_drawn):

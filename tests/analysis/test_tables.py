@@ -21,12 +21,12 @@ def few_resamples(monkeypatch):
     monkeypatch.setattr(comparison, "RESAMPLES", 60)
 
 
-def entry(method="MADyS", environment="rover-t2-c1", seeds=SEEDS, **measured):
+def entry(method="MADyS", environment="rover-t2-c1", seeds=SEEDS, steps=None, **measured):
     """A method whose seeds all do the same, but for what is given."""
     same = {"success": 0.5, "area": 0.25, "steps_to_half": 1e6, "steps_to_nine_tenths": 2e6}
     numbers = {name: np.broadcast_to(np.array(value, float), len(seeds)) for name, value in same.items()}
     numbers |= {name: np.array(value, float) for name, value in measured.items()}
-    return Entry(environment, method, seeds, ENVIRONMENTS[environment], **numbers)
+    return Entry(environment, method, seeds, steps or ENVIRONMENTS[environment], **numbers)
 
 
 @pytest.fixture
@@ -180,6 +180,43 @@ def test_what_stands_below_says_seeds_and_budgets(entries):
         "Seeds 2000, 2001, 2002; environment steps per seed: 3 M in rover-t2-c1, 20 M in rover-t3-c1." in text
     )
     assert text.endswith("|\n") and "\n\n\n" not in text
+
+
+def below(entries):
+    """The sentences below the first table."""
+    return next(block for block in markdown_table(entries).split("\n\n") if block.startswith("Seeds"))
+
+
+@pytest.mark.parametrize(
+    ("steps", "given"),
+    [
+        ({"MADyS": 20, "MFL": 20, "MADyS+": 5}, "20 M in rover-t3-c1 (5 M for MADyS+)"),
+        ({"MADyS+": 5, "MADyS": 20, "MFL": 20}, "20 M in rover-t3-c1 (5 M for MADyS+)"),
+        ({"MADyS": 20, "MADyS+": 5}, "20 M in rover-t3-c1 (5 M for MADyS+)"),
+        (
+            {"MADyS": 2.5, "MFL": 20, "EA": 40, "MADyS+": 2.5},
+            "2.5 M in rover-t3-c1 (20 M for MFL, 40 M for EA)",
+        ),
+        (
+            {"MADyS": 5, "MFL": 20, "EA": 20, "CCEA": 20, "MADyS+": 5},
+            "20 M in rover-t3-c1 (5 M for MADyS and MADyS+)",
+        ),
+    ],
+)
+def test_budgets_that_differ_are_said_where_they_do(steps, given):
+    equal = [entry(method) for method in steps]
+    text = below([*equal, *(entry(method, "rover-t3-c1", steps=int(n * 1e6)) for method, n in steps.items())])
+    assert f"environment steps per seed: 3 M in rover-t2-c1, {given}. Brackets" in text
+    smallest = min(steps.values())
+    assert (
+        f"The area is the mean height of the learning curve up to the smallest budget where budgets differ "
+        f"({smallest:g} M in rover-t3-c1); final success is at the end of a method's own budget. Steps are"
+        in text
+    )
+
+
+def test_nothing_is_said_of_budgets_that_do_not_differ(entries):
+    assert "The area is the mean height of the learning curve. Steps are" in below(entries)
 
 
 def test_the_csv_file_has_the_exact_numbers_of_every_seed(entries, tmp_path):

@@ -36,7 +36,10 @@ def write_results(folder: ComparisonFolder, comparison: Comparison) -> list[Path
             for environment in figure.environments
         }
         written += save(panels_of_curves(panels, figure.title), folder.figures / figure.name)
-    written += write_tables(folder.path, [_entry(folder.run(one), one, curves[one.name]) for one in runs])
+    entries = [
+        _entry(folder.run(one), one, curves[one.name], comparison.horizon(one.environment)) for one in runs
+    ]
+    written += write_tables(folder.path, entries)
     for one in runs:
         written += _copy_skills(folder, one)
         text = one.to_yaml()
@@ -54,7 +57,9 @@ def _curve(where: RunFolder, planned: PlannedRun) -> Curve:
     )
 
 
-def _entry(where: RunFolder, planned: PlannedRun, curve: Curve) -> Entry:
+def _entry(where: RunFolder, planned: PlannedRun, curve: Curve, horizon: int) -> Entry:
+    """What one run reached; `horizon`: environment steps over which its curve is averaged."""
+
     def of_seeds(measure: Any) -> Float[np.ndarray, " seeds"]:
         return np.array([measure(np.asarray(steps), np.asarray(values)) for steps, values in curve.per_seed])
 
@@ -64,7 +69,7 @@ def _entry(where: RunFolder, planned: PlannedRun, curve: Curve) -> Entry:
         seeds=planned.config.seeds,
         steps=planned.config.steps,
         success=np.array([seed["mean"] for seed in _scores(where)]),
-        area=of_seeds(lambda steps, values: area_under_curve(steps, values, planned.config.steps)),
+        area=of_seeds(lambda steps, values: area_under_curve(steps, values, horizon)),
         steps_to_half=of_seeds(lambda steps, values: steps_to(steps, values, 0.5, SMOOTHING)),
         steps_to_nine_tenths=of_seeds(lambda steps, values: steps_to(steps, values, 0.9, SMOOTHING)),
     )

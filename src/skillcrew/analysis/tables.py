@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,11 +22,12 @@ class Entry:
     method: str
     seeds: tuple[int, ...]
     steps: int
-    """Environment steps per seed that it was given."""
+    """Environment steps per seed that it was given; methods of one environment may differ."""
     success: Float[np.ndarray, " seeds"]
-    """Of the last champion, on fresh episodes."""
+    """Of the last champion, on fresh episodes: what it reached with all of its own steps."""
     area: Float[np.ndarray, " seeds"]
-    """Mean of the learning curve from 0 to `steps`."""
+    """Mean of the learning curve from 0 to the smallest `steps` of all methods in the environment: beyond it
+    whoever was given more would be paid for a longer plateau."""
     steps_to_half: Float[np.ndarray, " seeds"]
     """Environment steps to a success of 0.5; NaN where it was never reached."""
     steps_to_nine_tenths: Float[np.ndarray, " seeds"]
@@ -72,15 +73,51 @@ def markdown_table(entries: Sequence[Entry]) -> str:
 
 
 def _footnotes(entries: Sequence[Entry]) -> list[str]:
-    budgets = {entry.environment: entry.steps for entry in entries}
-    given = ", ".join(f"{steps / 1e6:g} M in {environment}" for environment, steps in budgets.items())
+    budgets = _budgets(entries)
+    given = ", ".join(_given(environment, steps) for environment, steps in budgets.items())
     return [
         f"Seeds {', '.join(map(str, entries[0].seeds))}; environment steps per seed: {given}. Brackets are "
         "95 % intervals over seeds: Student's t for means, the stratified bootstrap for interquartile means "
         "and for the probability that a seed of the method ends with more success than one of the method it "
-        "is compared with. The area is the mean height of the learning curve. Steps are means over the seeds "
-        "that got there, and how many did.",
+        f"is compared with. The area is the mean height of the learning curve{_horizons(budgets)}. "
+        "Steps are means over the seeds that got there, and how many did.",
     ]
+
+
+def _horizons(budgets: Mapping[str, Mapping[str, int]]) -> str:
+    """How far areas reach, where a method was given fewer steps than another."""
+    common = ", ".join(
+        f"{min(steps.values()) / 1e6:g} M in {environment}"
+        for environment, steps in budgets.items()
+        if len(set(steps.values())) > 1
+    )
+    if not common:
+        return ""
+    return (
+        f" up to the smallest budget where budgets differ ({common}); final success is at the end of a "
+        "method's own budget"
+    )
+
+
+def _budgets(entries: Sequence[Entry]) -> dict[str, dict[str, int]]:
+    """For each environment the environment steps per seed of each of its methods."""
+    budgets: dict[str, dict[str, int]] = {}
+    for entry in entries:
+        budgets.setdefault(entry.environment, {})[entry.method] = entry.steps
+    return budgets
+
+
+def _given(environment: str, budgets: Mapping[str, int]) -> str:
+    """`40 M in rover-t3-c3 (5 M for MADyS+)`: what most methods were given, and then the others."""
+    given = list(budgets.values())
+    # Of budgets that are as common, the largest.
+    usual = max(given, key=lambda steps: (given.count(steps), steps))
+    others: dict[int, list[str]] = {}
+    for method, steps in budgets.items():
+        if steps != usual:
+            others.setdefault(steps, []).append(method)
+    exceptions = ", ".join(f"{steps / 1e6:g} M for {' and '.join(names)}" for steps, names in others.items())
+    return f"{usual / 1e6:g} M in {environment}" + (f" ({exceptions})" if others else "")
 
 
 def _ahead(entries: Sequence[Entry], reference: str) -> list[str]:

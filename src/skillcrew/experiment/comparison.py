@@ -42,6 +42,7 @@ class PlannedRun:
     """What figures and tables call it."""
     algorithm: Algorithm
     config: RunConfig
+    """Its own seeds and budget: methods of one environment may be given different numbers of steps."""
 
     @property
     def name(self) -> str:
@@ -60,6 +61,10 @@ class Comparison:
     """A sentence on what the folder is for."""
     runs: Sequence[PlannedRun]
     figures: Sequence["ComparedFigure"]
+
+    def horizon(self, environment: str) -> int:
+        """Environment steps per seed that all methods of an environment were given: the smallest budget."""
+        return min(one.config.steps for one in self.runs if one.environment == environment)
 
 
 @dataclasses.dataclass(frozen=True)
