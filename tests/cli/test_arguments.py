@@ -2,7 +2,14 @@
 
 import pytest
 
-from skillcrew.cli.arguments import format_parents, parse_count, parse_parents, parse_seeds
+from skillcrew.cli.arguments import (
+    format_groups,
+    format_parents,
+    parse_count,
+    parse_groups,
+    parse_parents,
+    parse_seeds,
+)
 from skillcrew.errors import UserError
 
 
@@ -49,3 +56,18 @@ def test_parents():
     for text in ("", "B", "B:", ":A", "B:A+", "B:A;C:A", "B=A"):
         with pytest.raises(UserError, match="TYPE:PARENT"):
             parse_parents(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "groups"),
+    [("none", ()), ("A+B", (("A", "B"),)), ("A+B,C+D+E", (("A", "B"), ("C", "D", "E"))), ("A", (("A",),))],
+)
+def test_groups_there_and_back(text, groups):
+    assert parse_groups(text) == groups
+    assert format_groups(groups) == text
+
+
+@pytest.mark.parametrize("text", ["", "A+", "+A", "A+B,", "A+B;C+D", "A:B", "A++B"])
+def test_what_are_no_groups(text):
+    with pytest.raises(UserError, match=r"simultaneous: write TYPE\+TYPE, such as A\+B,C\+D, or none"):
+        parse_groups(text)

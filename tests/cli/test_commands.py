@@ -1,5 +1,6 @@
 """The command line as a user meets it."""
 
+import dataclasses
 import json
 import re
 import subprocess
@@ -85,6 +86,7 @@ def test_help_of_an_algorithm_explains_every_field(capsys, monkeypatch):
         "--environment.spatial-coupling",
         "Rovers that must be within the activation distance",
         "--environment.parents",
+        "--environment.simultaneous A+B,C+D|none",
         "--seeds",
         "2000..2004",
         "--checkpoint-seconds",
@@ -108,6 +110,10 @@ MISTAKES = [
     ([*TRAIN, "--environment.parents", "A:B,B:A"], ["cycle", "A, B"]),
     ([*TRAIN, "--environment.parents", "B:Q"], ["'Q'"]),
     ([*TRAIN, "--environment.parents", "B>A"], ["B>A", "TYPE:PARENT"]),
+    ([*TRAIN, "--environment.simultaneous", "A,B"], ["a group needs at least two types"]),
+    ([*TRAIN, "--environment.simultaneous", "A&B"], ["'A&B'", "TYPE+TYPE"]),
+    ([*TRAIN, "--environment.simultaneous", "A+B"], ["2 rovers at once", "n_agents = 1"]),
+    ([*TRAIN, "--environment.order", "drawn", "--environment.parents", "none"], ["leave out parents"]),
     ([*TRAIN, "--environment.episode-length", "0"], ["episode_length = 0"]),
     ([*TRAIN, "--environment.n-agents", "-1"], ["n_agents = -1"]),
     ([*TRAIN, "--environment.world-size", "-3"], ["world_size = -3"]),
@@ -234,6 +240,15 @@ def test_every_option_arrives(no_training):
     assert algorithm.env.config.sensor == "closest" and algorithm.env.name == "rover-t2-c1"
 
 
+def test_groups_of_types_arrive(no_training):
+    words = ["train", "madys", "rover-t3-c3", "--environment.simultaneous", "A+C"]
+    assert call([*words, "--environment.poi-speed", "0.25"]) == 0
+    (algorithm, _), *_ = no_training
+    assert algorithm.env.config == dataclasses.replace(
+        PRESETS["rover-t3-c3"], simultaneous=(("A", "C"),), poi_speed=0.25
+    )
+
+
 def test_no_options_mean_the_defaults_of_the_library(no_training):
     assert call(TRAIN) == 0
     (algorithm, options), *_ = no_training
@@ -305,6 +320,11 @@ def test_list_as_text_and_as_json(capsys):
     assert "go_to_agent" in printed["environments"]["rover-t3-c2"]["skills"]
     for name in ("madys", *PRESETS, "go_away_from_poi_C"):
         assert name in text
+    said = {line.split()[0]: line for line in text.splitlines() if line.startswith("  rover")}
+    assert said["rover-t3-c3"].endswith("70 steps")
+    assert said["rover-t4-c3-breakdown"].endswith("60 steps, A+B then C+D at once, 1 breaks down")
+    assert said["rover-t3-c3-drawn"].endswith("50 steps, order drawn")
+    assert said["rover-t2-c2-moving"].endswith("35 steps, POIs move")
 
 
 def test_the_installed_command_in_a_process_of_its_own(finished):

@@ -24,6 +24,23 @@ THESIS = {
     "rover-t3-c3": dict(n_agents=6, n_poi_types=3, spatial_coupling=3, episode_length=70),
 }
 
+TWO_PAIRS = (("A", "B"), ("C", "D"))
+# Rovers, types, coupling, steps.
+OWN: dict[str, tuple[Any, ...]] = {
+    "rover-t1-c3": (6, 1, 3, 50),
+    "rover-t4-c3": (6, 4, 3, 100),
+    "rover-t5-c3": (6, 5, 3, 125),
+    "rover-t6-c3": (6, 6, 3, 150),
+    "rover-t3-c6": (12, 3, 6, 70),
+    "rover-t3-c12": (24, 3, 12, 70),
+    "rover-t2-c2-tight": (2, 2, 2, 20),
+    "rover-t3-c3-tight": (6, 3, 3, 35),
+    "rover-t4-c3-simultaneous": (6, 4, 3, 60, dict(simultaneous=TWO_PAIRS)),
+    "rover-t3-c3-drawn": (6, 3, 3, 50, dict(order="drawn")),
+    "rover-t2-c2-moving": (2, 2, 2, 35, dict(poi_speed=0.5)),
+    "rover-t4-c3-breakdown": (7, 4, 3, 60, dict(simultaneous=TWO_PAIRS, breakdowns=1)),
+}
+
 
 def load_unhooked_config() -> Any:
     """The configuration's module as users load it.
@@ -53,11 +70,17 @@ def names_offered(message: str) -> list[str]:
     return message.split("nearest first: ")[1].split(", ")
 
 
-def test_the_presets_are_those_of_the_thesis_and_one_without_an_order() -> None:
-    assert list(PRESETS) == ["rover-t1-c3", *THESIS]
-    unordered = dict(n_agents=6, n_poi_types=1, spatial_coupling=3, episode_length=50)
-    assert dataclasses.asdict(PRESETS["rover-t1-c3"]) == {**DEFAULTS, **unordered}
+def test_the_presets_are_those_of_the_thesis_and_our_own() -> None:
+    assert set(PRESETS) == {*THESIS, *OWN}
     assert make("rover-t1-c3").skills[:2] == ("go_to_poi_A", "go_away_from_poi_A")
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_a_preset_of_our_own_has_its_numbers(name: str) -> None:
+    agents, types, coupling, steps, *more = OWN[name]
+    numbers = dict(n_agents=agents, n_poi_types=types, spatial_coupling=coupling, episode_length=steps)
+    options = more[0] if more else {}
+    assert dataclasses.asdict(PRESETS[name]) == {**DEFAULTS, **numbers, **options}
 
 
 @pytest.mark.parametrize("name", THESIS)
@@ -137,7 +160,10 @@ def test_counts_are_whole_and_positive(field: str, value: Any) -> None:
 
 @pytest.mark.parametrize(
     "field",
-    ["world_size", "max_turn", "max_speed", "activation_distance", "min_distance", "observation_radius"],
+    [
+        *("world_size", "max_turn", "max_speed", "activation_distance", "min_distance"),
+        *("observation_radius", "cue"),
+    ],
 )
 @pytest.mark.parametrize("value", [0.0, -1.0, math.inf, math.nan, "2", True])
 def test_lengths_and_angles_are_positive_numbers(field: str, value: Any) -> None:
@@ -158,6 +184,8 @@ def test_the_resolution_divides_the_circle(value: Any) -> None:
     [
         ("sensor", "densty", "density"),
         ("sensor", "Closest", "closest"),
+        ("order", "draw", "drawn"),
+        ("order", ("A", "B"), None),
         ("observed_pois", "vanishes", "vanish"),
         ("team_reward", "fractions", "fraction"),
         ("team_reward", None, None),
@@ -233,3 +261,93 @@ def test_a_parent_that_is_no_type_is_refused_by_name(parents: dict[Any, tuple[st
 @pytest.mark.parametrize("parents", ["AB", [("B", "A")], {"B": None}, {"B": 3}, {"B": [["A"]]}])
 def test_parents_of_the_wrong_kind_are_refused(parents: Any) -> None:
     assert "parents" in refusal(parents=parents)
+
+
+@pytest.mark.parametrize(
+    "n_types, groups, chain, in_order",
+    [
+        (4, TWO_PAIRS, ((), (), (0, 1), (0, 1)), ((0, 1), (2, 3))),
+        (4, (("C", "D"), ("B", "A")), ((), (), (1, 0), (1, 0)), ((1, 0), (2, 3))),
+        (5, (("D", "B"),), ((), (0,), (3, 1), (0,), (2,)), ((0,), (3, 1), (2,), (4,))),
+        (2, (("A", "B"),), ((), ()), ((0, 1),)),
+    ],
+)
+def test_the_chain_goes_from_group_to_group(n_types: int, groups: Any, chain: Any, in_order: Any) -> None:
+    config = UnhookedConfig(n_agents=2, n_poi_types=n_types, simultaneous=groups)
+    assert config.parent_indices == chain
+    assert config.group_indices == in_order
+
+
+def test_given_parents_stay_and_groups_come_in_an_order_in_which_they_can() -> None:
+    config = UnhookedConfig(
+        n_agents=2, n_poi_types=4, simultaneous=[["A", "D"]], parents={"A": ["C"], "B": ["D"]}
+    )
+    assert config.simultaneous == (("A", "D"),)
+    assert config.parent_indices == ((2,), (3,), (), ())
+    assert config.group_indices == ((2,), (0, 3), (1,))
+
+
+@pytest.mark.parametrize(
+    "groups, said",
+    [
+        ((("A", "E"),), "unknown POI type in simultaneous 'E'; valid, nearest first: "),
+        ((("A", 1),), "unknown POI type in simultaneous '1'; valid, nearest first: "),
+        ((("A", "B"), ("B", "C")), "B is named twice; give each type once at most"),
+        ((("A", "A"),), "A is named twice; give each type once at most"),
+        ((("A",),), "a group needs at least two types; leave out ('A',)"),
+        (((),), "a group needs at least two types; leave out ()"),
+        ("AB", "simultaneous = 'AB': give groups of types, such as (('A', 'B'), ('C', 'D'))"),
+        (("A", "B"), "simultaneous = ('A', 'B'): give groups of types, such as"),
+        (None, "simultaneous = None: give groups of types"),
+        ((3,), "simultaneous = (3,): give groups of types"),
+        ((("A", "B", "C"),), "the largest group takes 6 rovers at once, above n_agents = 5"),
+    ],
+)
+def test_groups_that_cannot_be_are_refused(groups: Any, said: str) -> None:
+    assert said in refusal(n_agents=5, n_poi_types=4, spatial_coupling=2, simultaneous=groups)
+
+
+@pytest.mark.parametrize(
+    "groups, parents, waiting",
+    [
+        ((("A", "B"),), {"B": ("A",)}, "A, B"),
+        ((("A", "B"),), {"C": ("A",), "B": ("C",)}, "A, B, C"),
+        (TWO_PAIRS, {"C": ("A",), "B": ("D",)}, "A, B, C, D"),
+    ],
+)
+def test_a_group_whose_types_wait_for_one_another_is_refused(groups: Any, parents: Any, waiting: str) -> None:
+    message = refusal(n_agents=4, n_poi_types=4, simultaneous=groups, parents=parents)
+    assert f"simultaneous = {groups}: {waiting} would wait for one another" in message
+    assert f"parents = {parents}" in message
+
+
+@pytest.mark.parametrize(
+    "field, value", [("parents", {"B": ("A",)}), ("parents", {}), ("simultaneous", (("A", "B"),))]
+)
+def test_an_order_is_drawn_or_given(field: str, value: Any) -> None:
+    message = refusal(n_agents=2, order="drawn", **{field: value})
+    assert message == f"order = 'drawn': each episode draws its own chain; leave out {field}"
+
+
+@pytest.mark.parametrize("value", [-0.1, 20.1, math.nan, math.inf, "1", True, None])
+def test_pois_move_at_most_across_the_square(value: Any) -> None:
+    assert refusal(poi_speed=value) == f"poi_speed = {value!r}: give a number from 0 to world_size = 20.0"
+    assert UnhookedConfig(poi_speed=20).poi_speed == 20
+
+
+@pytest.mark.parametrize("value", [-1, 1.0, True, "1", None])
+def test_breakdowns_are_counted(value: Any) -> None:
+    assert (
+        refusal(n_agents=5, breakdowns=value) == f"breakdowns = {value!r}: give a whole number of at least 0"
+    )
+
+
+def test_as_many_rovers_are_left_as_are_needed_at_once() -> None:
+    fields = dict(n_agents=7, n_poi_types=3, spatial_coupling=3)
+    UnhookedConfig(**fields, breakdowns=4)
+    assert refusal(**fields, breakdowns=5) == (
+        "breakdowns = 5: no rover to spare, since 3 of n_agents = 7 are needed at once; give at most 4"
+    )
+    UnhookedConfig(**fields, simultaneous=(("A", "C"),), breakdowns=1)
+    message = refusal(**fields, simultaneous=(("A", "C"),), breakdowns=2)
+    assert "no rover to spare, since 6 of n_agents = 7 are needed at once; give at most 1" in message

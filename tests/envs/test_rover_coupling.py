@@ -12,6 +12,11 @@ BACK = (1.0, 1.0)
 PAIR = Scene(n_agents=2, n_poi_types=2, spatial_coupling=2)
 LONE = Scene(n_poi_types=2, pois_per_type=2)
 THREES = Scene(n_agents=4, n_poi_types=1, spatial_coupling=3)
+C, D = (5.0, 14.0), (14.0, 14.0)
+GROUPS = Scene(
+    n_agents=5, n_poi_types=4, spatial_coupling=2, simultaneous=(("A", "B"), ("C", "D")), breakdowns=1
+)
+DRAWN = Scene(n_poi_types=3, order="drawn", team_reward="fraction")
 FORK = Scene(n_poi_types=4, parents={"C": ("A", "B"), "D": ()})
 
 
@@ -87,3 +92,48 @@ def test_an_observed_poi_stays_observed() -> None:
         state, _ = LONE.step(state, AHEAD)
     assert math.dist(state.position[0].tolist(), A) > 5
     assert state.observed.tolist() == [True, False, False, False]
+
+
+@pytest.mark.parametrize(
+    "places, done, seen",
+    [
+        ((A, A, B, B, FAR), "", "AB"),
+        ((A, A, A, B, FAR), "", ""),
+        ((A, A, A, A, A), "", ""),
+        ((C, C, D, D, FAR), "AB", "ABCD"),
+        ((C, C, D, D, FAR), "", ""),
+        ((C, C, FAR, FAR, FAR), "AB", "AB"),
+        ((C, C, D, D, FAR), "A", "A"),
+    ],
+)
+def test_a_group_is_observed_at_once_and_after_the_one_before(places: tuple, done: str, seen: str) -> None:
+    state = GROUPS.state(places, [A, B, C, D], observed=[name in done for name in "ABCD"], breaks_at=[99] * 5)
+    assert observed_by(GROUPS, state) == [name in seen for name in "ABCD"]
+
+
+def test_types_of_a_group_met_one_after_the_other_do_not_count() -> None:
+    state = GROUPS.state(
+        [A, A, around(B, 0, 1.5), around(B, 180, 2.5), FAR], [A, B, C, D], breaks_at=[99] * 5
+    )
+    for actions in ([STAND] * 5, [STAND, AHEAD, STAND, STAND, STAND]):
+        state, _ = GROUPS.step(state, *actions)
+        assert not state.observed.any()
+    # The second at A is 1 m away now and still counts; the fourth drives up to B.
+    state, _ = GROUPS.step(state, STAND, STAND, STAND, AHEAD, STAND)
+    assert state.observed.tolist() == [True, True, False, False]
+
+
+@pytest.mark.parametrize("time, seen", [(6, True), (7, False), (8, False)])
+def test_a_rover_does_not_count_from_its_breakdown_on(time: int, seen: bool) -> None:
+    state = GROUPS.state([A, A, B, B, FAR], [A, B, C, D], time=time, breaks_at=[99, 99, 7, 99, 99])
+    assert observed_by(GROUPS, state)[:2] == [seen, seen]
+
+
+@pytest.mark.parametrize("order, steps", [((0, 1, 2), "ABC"), ((2, 0, 1), "BCA"), ((1, 2, 0), "CAB")])
+def test_a_drawn_order_is_kept_to(order: tuple[int, ...], steps: str) -> None:
+    state = DRAWN.state(A, [A, A, A], order=order)
+    for count in (1, 2, 3):
+        state, step = DRAWN.step(state)
+        assert state.observed.tolist() == [name in steps[:count] for name in "ABC"]
+        assert bool(step.terminated) == (count == 3)
+    assert state.order.tolist() == list(order)

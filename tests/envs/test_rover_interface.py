@@ -1,5 +1,7 @@
 """The Rover Domain as an `Environment`: draws, shapes, purity, and what jax makes of it."""
 
+import itertools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 
 from oracles.rover_cases import (
     CASES,
+    NEVER,
     WORLDS,
     compiled_reset,
     compiled_step,
@@ -18,9 +21,10 @@ from oracles.rover_cases import (
 )
 from oracles.rover_scene import Scene
 
-FEATURES = ["lone rover", "vanish 180", "vanish occluded 360"]
+FEATURES = ["lone rover", "vanish 180", "vanish occluded 360", "groups breaking", "drawn persisting"]
 TINY = Scene(n_agents=2, n_poi_types=1, sensor_resolution=360)
 DRAWN = Scene(n_agents=3, n_poi_types=1, pois_per_type=2, world_size=10.0)
+OPTIONS = Scene(n_agents=3, n_poi_types=3, order="drawn", poi_speed=0.5, breakdowns=2, episode_length=10)
 
 
 def assert_close_trees(one, other) -> None:
@@ -106,6 +110,59 @@ def test_every_reset_draws_everything_anew(draws) -> None:
 def test_an_episode_starts_with_nothing_observed(draws) -> None:
     assert not np.asarray(draws.observed).any()
     assert not np.asarray(draws.time).any()
+
+
+def test_a_world_without_options_is_drawn_as_it_always_was() -> None:
+    """Results measured before an option existed stay what they were."""
+    state, _ = quick_jit(DRAWN.env.reset)(jax.random.key(9))
+    draw = jax.random.uniform(jax.random.key(9), (13,))
+    np.testing.assert_allclose(state.position.ravel(), 3.5 + 3.0 * draw[:6], rtol=1e-5)
+    np.testing.assert_allclose(state.heading, np.pi * (2 * draw[6:9] - 1), rtol=1e-5)
+    np.testing.assert_allclose(state.poi_position.ravel(), 10.0 * draw[9:], rtol=1e-5)
+    assert (state.poi_direction, state.order, state.breaks_at) == (None, None, None)
+
+
+@pytest.fixture(scope="module")
+def optional_draws():
+    """As `draws`, with every option that draws something."""
+    return quick_jit(jax.vmap(lambda key: OPTIONS.env.reset(key)[0], out_axes=-1))(keys_of(2, 4000))
+
+
+def test_every_order_is_as_likely(optional_draws) -> None:
+    orders, counts = np.unique(np.asarray(optional_draws.order).T, axis=0, return_counts=True)
+    assert sorted(map(tuple, orders.tolist())) == sorted(itertools.permutations(range(3)))
+    np.testing.assert_allclose(counts / 4000, 1 / 6, atol=0.03)
+
+
+def test_pois_set_out_in_every_direction(optional_draws) -> None:
+    courses = np.asarray(optional_draws.poi_direction)
+    np.testing.assert_allclose(np.hypot(courses[:, 0], courses[:, 1]), 1.0, rtol=1e-5)
+    assert_uniform(np.arctan2(courses[:, 1], courses[:, 0]), -np.pi, np.pi)
+
+
+def test_so_many_rovers_break_down_each_at_any_step(optional_draws) -> None:
+    breaks_at = np.asarray(optional_draws.breaks_at)
+    broken = breaks_at != NEVER
+    assert (broken.sum(0) == 2).all()
+    np.testing.assert_allclose(broken.mean(1), 2 / 3, atol=0.03)
+    for rover in range(3):
+        steps, counts = np.unique(breaks_at[rover, broken[rover]], return_counts=True)
+        assert steps.tolist() == list(range(10))
+        np.testing.assert_allclose(counts / broken[rover].sum(), 1 / 10, atol=0.02)
+    first, second = breaks_at[:2, broken[:2].all(0)]
+    assert abs(np.corrcoef(first, second)[0, 1]) < 0.1
+
+
+def test_options_are_drawn_apart_from_everything_else(optional_draws) -> None:
+    courses = np.arctan2(optional_draws.poi_direction[:, 1], optional_draws.poi_direction[:, 0])
+    steps = np.where(optional_draws.breaks_at == NEVER, 4.5, optional_draws.breaks_at)
+    drawn = (optional_draws.position, optional_draws.poi_position, optional_draws.heading, courses)
+    rows = [np.asarray(leaf).reshape(-1, 4000) for leaf in (*drawn, steps, optional_draws.order)]
+    related = np.corrcoef(np.concatenate(rows)) - np.eye(6 + 6 + 3 + 3 + 3 + 3)
+    of_order = related[-3:, -3:]
+    np.testing.assert_allclose(of_order[~np.eye(3, dtype=bool)], -1 / 2, atol=0.1)
+    related[-3:, -3:] = 0
+    assert np.abs(related).max() < 0.1
 
 
 def test_the_same_key_draws_the_same_world() -> None:

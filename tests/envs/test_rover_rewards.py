@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 
 from oracles import rover
-from oracles.rover_cases import CASES, WORLDS, compiled_step, oracle_world, random_actions, random_states
+from oracles.rover_cases import (
+    CASES,
+    NEVER,
+    WORLDS,
+    compiled_step,
+    oracle_world,
+    random_actions,
+    random_states,
+)
 from oracles.rover_scene import AHEAD, FAR, STAND, Scene, around
 
 HERE = (10.0, 10.0)
@@ -18,6 +26,7 @@ VANISHING = Scene(n_poi_types=1, pois_per_type=2, observed_pois="vanish")
 FRACTION = Scene(n_poi_types=4, parents={"C": ("A", "B")}, team_reward="fraction", episode_length=5)
 SHARED = Scene(pois_per_type=2, team_reward="fraction")
 PAIR = Scene(n_agents=2, n_poi_types=2, episode_length=4)
+FRAIL = Scene(n_agents=3, n_poi_types=1, breakdowns=2)
 
 
 def test_skills_are_named_by_type_and_agents_come_last() -> None:
@@ -131,3 +140,14 @@ def test_the_last_observation_is_of_the_state_after_the_action() -> None:
     expected = rover.observe(PAIR.world, PAIR.oracle_state(after))
     np.testing.assert_allclose(step.observation, expected, rtol=1e-4, atol=1e-6)
     assert (np.abs(np.asarray(after.position) - rovers).max(1) > 0.3).all()
+
+
+def test_only_working_rovers_are_approached() -> None:
+    rovers = [HERE, around(HERE, 0, 4.0), around(HERE, 180, 10.0)]
+    state, paid = FRAIL.state(rovers, [FAR], breaks_at=[NEVER, 1, 2]), []
+    for _ in range(3):
+        state, step = FRAIL.step(state)
+        paid.append(FRAIL.rewards(step, "go_to_agent"))
+    np.testing.assert_allclose(
+        paid, [[2 / 4, 2 / 4, 2 / 10], [2 / 10, 2 / 4, 2 / 10], [0, 2 / 4, 2 / 10]], rtol=1e-5
+    )

@@ -38,6 +38,14 @@ class World:
     """Whether observed POIs leave the world."""
     fraction: bool
     """Whether the team is paid for each type, instead of once for all."""
+    groups: tuple[tuple[int, ...], ...] = ()
+    """Types that only count together."""
+    order_drawn: bool = False
+    cue: float = 1.0
+    """How many times as strongly the next type reflects, where the order is drawn."""
+    poi_speed: float = 0.0
+    breakdowns: int = 0
+    """How many rovers break down in an episode."""
 
     @property
     def n_types(self) -> int:
@@ -57,6 +65,12 @@ class State:
     poi_position: np.ndarray
     observed: np.ndarray
     time: int
+    poi_direction: np.ndarray | None = None
+    """A vector of length 1 for each POI, where POIs move."""
+    order: np.ndarray | None = None
+    """Each type's place, where the order is drawn."""
+    breaks_at: np.ndarray | None = None
+    """The step from which on each rover is broken, where rovers break down."""
 
 
 @dataclasses.dataclass
@@ -69,6 +83,10 @@ class Outcome:
     team_reward: float
     terminated: bool
     truncated: bool
+
+
+def works(state: State, agent: int) -> bool:
+    return state.breaks_at is None or state.time < state.breaks_at[agent]
 
 
 def distance_between(here: np.ndarray, there: np.ndarray) -> float:
@@ -107,7 +125,7 @@ def observation_of(world: World, state: State, agent: int) -> np.ndarray:
     here, heading = state.position[agent], state.heading[agent]
     cells = np.zeros((world.n_sectors, 1 + world.n_types))
     for other in range(world.n_agents):
-        if other == agent:
+        if other == agent or not works(state, other):
             continue
         there = state.position[other]
         strength = strength_of(world, 1.0, distance_between(here, there))
@@ -116,7 +134,10 @@ def observation_of(world: World, state: State, agent: int) -> np.ndarray:
         if world.vanish and state.observed[poi]:
             continue
         there = state.poi_position[poi]
-        strength = strength_of(world, world.poi_values[poi], distance_between(here, there))
+        value = world.poi_values[poi]
+        if world.poi_types[poi] == next_type(world, state):
+            value *= world.cue
+        strength = strength_of(world, value, distance_between(here, there))
         sector = sector_of(world, here, heading, there)
         add_reflection(world, cells, sector, 1 + world.poi_types[poi], strength)
     return cells.reshape(-1)
@@ -130,6 +151,8 @@ def moved(world: World, state: State, action: np.ndarray) -> tuple[np.ndarray, n
     """The places and headings after each rover turned, then drove along its new heading."""
     position, heading = state.position.copy(), state.heading.copy()
     for agent in range(world.n_agents):
+        if not works(state, agent):
+            continue
         turn = min(1.0, max(-1.0, action[agent, 0]))
         drive = min(1.0, max(-1.0, action[agent, 1]))
         heading[agent] += turn * world.max_turn
@@ -142,6 +165,21 @@ def moved(world: World, state: State, action: np.ndarray) -> tuple[np.ndarray, n
     return position, heading
 
 
+def drifted(world: World, state: State) -> tuple[np.ndarray, np.ndarray | None]:
+    """The places of the POIs after a step, and their directions: on each axis there and back, for ever."""
+    position, direction = state.poi_position.copy(), state.poi_direction
+    if direction is None:
+        return position, None
+    direction = direction.copy()
+    for poi in range(world.n_pois):
+        for axis in (0, 1):
+            along = (position[poi, axis] + world.poi_speed * direction[poi, axis]) % (2 * world.world_size)
+            position[poi, axis] = world.world_size - abs(along - world.world_size)
+            if along > world.world_size:
+                direction[poi, axis] *= -1
+    return position, direction
+
+
 def types_observed(world: World, observed: np.ndarray) -> list[bool]:
     """A type is observed with the first of its POIs."""
     done = [False] * world.n_types
@@ -151,24 +189,57 @@ def types_observed(world: World, observed: np.ndarray) -> list[bool]:
     return done
 
 
-def rovers_near(world: World, position: np.ndarray, place: np.ndarray) -> int:
+def next_type(world: World, state: State) -> int | None:
+    """The first in the drawn order that is not observed; None without such an order, or at its end."""
+    if state.order is None:
+        return None
+    done = types_observed(world, state.observed)
+    for place in range(world.n_types):
+        kind = list(state.order).index(place)
+        if not done[kind]:
+            return kind
+    return None
+
+
+def may_be_observed(world: World, state: State, kind: int) -> bool:
+    """Whether all that comes before a type was observed at an earlier step."""
+    done = types_observed(world, state.observed)
+    before = world.parents[kind]
+    if state.order is not None:
+        before = [other for other in range(world.n_types) if state.order[other] < state.order[kind]]
+    return all(done[other] for other in before)
+
+
+def rovers_near(world: World, state: State, place: np.ndarray) -> int:
     near = 0
     for agent in range(world.n_agents):
-        if distance_between(position[agent], place) <= world.activation_distance:
+        within = distance_between(state.position[agent], place) <= world.activation_distance
+        if within and works(state, agent):
             near += 1
     return near
 
 
-def observed_after(world: World, state: State, position: np.ndarray) -> np.ndarray:
-    """Both couplings: enough rovers at this very time, and all parents at an earlier one."""
-    done_before = types_observed(world, state.observed)
+def is_met(world: World, state: State, poi: int) -> bool:
+    """Whether enough rovers are near a POI whose turn it is."""
+    enough = rovers_near(world, state, state.poi_position[poi]) >= world.coupling
+    return enough and may_be_observed(world, state, world.poi_types[poi])
+
+
+def observed_after(world: World, state: State) -> np.ndarray:
+    """The couplings: enough rovers at this very time, all parents at an earlier one, groups together.
+
+    Args:
+        state: everything has moved; what is observed, and the time, are those before the step.
+    """
+    met = [is_met(world, state, poi) for poi in range(world.n_pois)]
+    types_met = {world.poi_types[poi] for poi in range(world.n_pois) if met[poi]}
     observed = state.observed.copy()
     for poi in range(world.n_pois):
-        parents_done = True
-        for parent in world.parents[world.poi_types[poi]]:
-            if not done_before[parent]:
-                parents_done = False
-        if parents_done and rovers_near(world, position, state.poi_position[poi]) >= world.coupling:
+        group = {world.poi_types[poi]}
+        for together in world.groups:
+            if world.poi_types[poi] in together:
+                group = set(together)
+        if met[poi] and group <= types_met:
             observed[poi] = True
     return observed
 
@@ -182,10 +253,13 @@ def closeness(world: World, distances: list[float]) -> float:
     return world.activation_distance / min(distances)
 
 
-def local_rewards_of(
-    world: World, position: np.ndarray, poi_position: np.ndarray, observed_before: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Per skill and agent; a POI that vanishes still pays in the step in which it is observed."""
+def local_rewards_of(world: World, state: State) -> dict[str, np.ndarray]:
+    """Per skill and agent; a POI that vanishes still pays in the step in which it is observed.
+
+    Args:
+        state: everything has moved; what is observed, and the time, are those before the step.
+    """
+    position, poi_position = state.position, state.poi_position
     rewards: dict[str, np.ndarray] = {}
     for kind in range(world.n_types):
         letter = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"[kind]
@@ -193,7 +267,7 @@ def local_rewards_of(
         for agent in range(world.n_agents):
             distances = []
             for poi in range(world.n_pois):
-                gone = world.vanish and observed_before[poi]
+                gone = world.vanish and state.observed[poi]
                 if world.poi_types[poi] == kind and not gone:
                     distances.append(distance_between(position[agent], poi_position[poi]))
             reward[agent] = closeness(world, distances)
@@ -204,7 +278,7 @@ def local_rewards_of(
         for agent in range(world.n_agents):
             distances = []
             for other in range(world.n_agents):
-                if other != agent:
+                if other != agent and works(state, other):
                     distances.append(distance_between(position[agent], position[other]))
             reward[agent] = closeness(world, distances)
         rewards["go_to_agent"] = reward
@@ -221,14 +295,18 @@ def team_reward_of(world: World, done_before: list[bool], done_after: list[bool]
 def step(world: World, state: State, action: np.ndarray) -> tuple[State, Outcome]:
     """One step of one world: move, observe POIs, pay, sense."""
     position, heading = moved(world, state, action)
-    observed = observed_after(world, state, position)
-    after = State(position, heading, state.poi_position.copy(), observed, state.time + 1)
+    poi_position, poi_direction = drifted(world, state)
+    there = dataclasses.replace(
+        state, position=position, heading=heading, poi_position=poi_position, poi_direction=poi_direction
+    )
+    observed = observed_after(world, there)
+    after = dataclasses.replace(there, observed=observed, time=state.time + 1)
     done_before = types_observed(world, state.observed)
     done_after = types_observed(world, observed)
     terminated = all(done_after)
     return after, Outcome(
         observation=observe(world, after),
-        local_rewards=local_rewards_of(world, position, state.poi_position, state.observed),
+        local_rewards=local_rewards_of(world, there),
         team_reward=team_reward_of(world, done_before, done_after),
         terminated=terminated,
         truncated=after.time >= world.episode_length and not terminated,

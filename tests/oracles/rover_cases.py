@@ -22,7 +22,8 @@ DEFAULTS: dict[str, Any] = dict(
     n_agents=1, n_poi_types=2, pois_per_type=1, poi_values=None, spatial_coupling=1, parents=None,
     episode_length=50, world_size=20.0, bounded=False, max_turn=math.pi, max_speed=1.0,
     activation_distance=2.0, min_distance=1.0, sensor="density", sensor_resolution=90,
-    observation_radius=None, observed_pois="persist", team_reward="binary",
+    observation_radius=None, observed_pois="persist", team_reward="binary", simultaneous=(), order="fixed",
+    cue=1000.0, poi_speed=0.0, breakdowns=0,
 )  # fmt: skip
 
 # Counts differ from one another wherever they can, so that no two axes can be mistaken for each other.
@@ -51,10 +52,30 @@ CASES: dict[str, dict[str, Any]] = {
         n_agents=6, spatial_coupling=3, max_turn=1.0, max_speed=2.5, activation_distance=3.0, world_size=10.0,
         bounded=True, sensor_resolution=72, parents={"A": ("B",)}, team_reward="fraction",
     ),
+    "groups moving": dict(
+        n_agents=5, n_poi_types=4, pois_per_type=2, spatial_coupling=2, simultaneous=(("A", "C"), ("B", "D")),
+        poi_speed=0.8, observed_pois="vanish", world_size=9.0, sensor_resolution=180, episode_length=11,
+    ),
+    "groups breaking": dict(
+        n_agents=5, n_poi_types=4, simultaneous=(("C", "A"),), parents={"D": ("A",), "C": ("B",)},
+        breakdowns=3, bounded=True, team_reward="fraction", world_size=10.0, observation_radius=7.0,
+    ),
+    "drawn": dict(
+        n_agents=3, n_poi_types=3, pois_per_type=2, poi_values=(0.5, 2.0, 1.0), order="drawn", cue=40.0,
+        breakdowns=1, poi_speed=6.0, spatial_coupling=2, sensor="closest", observed_pois="vanish",
+        world_size=6.0, sensor_resolution=120,
+    ),
+    "drawn persisting": dict(
+        n_agents=2, n_poi_types=3, order="drawn", poi_speed=0.3, sensor_resolution=360, world_size=12.0,
+        observation_radius=9.0, team_reward="fraction",
+    ),
 }  # fmt: skip
 
+NEVER = 2**31 - 1
+"""The step at which a rover that does not break down breaks down."""
 BORDER = 1e-4
-"""Metres from a border (of a sector, the radius, the activation distance) at which float32 may differ."""
+"""Metres from a border at which float32 may differ: of a sector, the radius, the activation distance, and of
+the square if POIs move."""
 
 
 WORLDS = 80
@@ -86,6 +107,9 @@ def oracle_world(**fields: Any) -> rover.World:
     values = given["poi_values"] or (1.0,) * len(letters)
     kinds = [kind for kind in range(len(letters)) for _ in range(given["pois_per_type"])]
     chain = {after: (before,) for before, after in itertools.pairwise(letters)}
+    groups = tuple(tuple(sorted(map(letters.index, group))) for group in given["simultaneous"])
+    if groups:
+        chain = chain_of_groups(letters, groups)
     graph = chain if given["parents"] is None else given["parents"]
     return rover.World(
         n_agents=given["n_agents"],
@@ -105,14 +129,41 @@ def oracle_world(**fields: Any) -> rover.World:
         radius=given["observation_radius"],
         vanish=given["observed_pois"] == "vanish",
         fraction=given["team_reward"] == "fraction",
+        groups=groups,
+        order_drawn=given["order"] == "drawn",
+        cue=given["cue"],
+        poi_speed=given["poi_speed"],
+        breakdowns=given["breakdowns"],
     )
 
 
-def random_observed(world: rover.World, rng: np.random.Generator, meeting: int) -> np.ndarray:
-    """Which POIs were observed: in a fair share of worlds, all types but that of the meeting place."""
+def chain_of_groups(letters: str, groups: tuple[tuple[int, ...], ...]) -> dict[str, tuple[str, ...]]:
+    """Walks along the types; whoever comes first in its group, or has none, follows all of the last one."""
+    graph, last = {}, ()
+    for kind in range(len(letters)):
+        group = next((group for group in groups if kind in group), (kind,))
+        if kind == group[0]:
+            for member in group:
+                graph[letters[member]] = tuple(letters[above] for above in last)
+            last = group
+    return graph
+
+
+def random_observed(world: rover.World, rng: np.random.Generator, meeting: list[int]) -> np.ndarray:
+    """Which POIs were observed: in a fair share of worlds, all types but those of the meeting places."""
     if rng.random() < 0.25:
-        return np.array([kind != world.poi_types[meeting] for kind in world.poi_types])
+        kinds = [world.poi_types[poi] for poi in meeting]
+        return np.array([kind not in kinds for kind in world.poi_types])
     return rng.random(world.n_pois) < rng.choice([0.0, 0.3, 0.7])
+
+
+def random_meeting(world: rover.World, rng: np.random.Generator) -> list[int]:
+    """A POI; or one of each type that is to be observed at the same time."""
+    meeting = int(rng.integers(world.n_pois))
+    for group in world.groups:
+        if world.poi_types[meeting] in group:
+            return [int(rng.choice(np.flatnonzero(np.array(world.poi_types) == kind))) for kind in group]
+    return [meeting]
 
 
 def random_states(world: rover.World, rng: np.random.Generator, worlds: int = WORLDS) -> RoverState:
@@ -123,21 +174,43 @@ def random_states(world: rover.World, rng: np.random.Generator, worlds: int = WO
     observed = np.zeros((world.n_pois, worlds), bool)
     time = rng.integers(0, world.episode_length, worlds)
     for w in range(worlds):
-        meeting = rng.integers(world.n_pois)
+        meeting = random_meeting(world, rng)
         for agent in range(world.n_agents):
             if rng.random() < 0.75:
+                place = pois[meeting[agent % len(meeting)], :, w]
                 angle, reach = rng.uniform(0, 2 * np.pi), rng.uniform(0, 1.3 * world.activation_distance)
-                position[agent, :, w] = pois[meeting, :, w] + reach * np.array([np.cos(angle), np.sin(angle)])
+                position[agent, :, w] = place + reach * np.array([np.cos(angle), np.sin(angle)])
         observed[:, w] = random_observed(world, rng, meeting)
         if rng.random() < 0.3:
             time[w] = world.episode_length - 1
+    if world.bounded:
+        position = position.clip(0, size)
     return RoverState(
         position=jax.numpy.asarray(position, "float32"),
         heading=jax.numpy.asarray(rng.uniform(-np.pi, np.pi, (world.n_agents, worlds)), "float32"),
         poi_position=jax.numpy.asarray(pois, "float32"),
         observed=jax.numpy.asarray(observed),
         time=jax.numpy.asarray(time, "int32"),
+        **random_options(world, rng, time),
     )
+
+
+def random_options(world: rover.World, rng: np.random.Generator, time: np.ndarray) -> dict[str, jax.Array]:
+    """What the state holds for options: POIs under way, orders, rovers broken, about to break and sound."""
+    state, worlds = {}, len(time)
+    if world.poi_speed:
+        course = rng.uniform(0, 2 * np.pi, (world.n_pois, worlds))
+        state["poi_direction"] = jax.numpy.asarray(np.stack([np.cos(course), np.sin(course)], 1), "float32")
+    if world.order_drawn:
+        orders = np.stack([rng.permutation(world.n_types) for _ in range(worlds)], axis=-1)
+        state["order"] = jax.numpy.asarray(orders, "int32")
+    if world.breakdowns:
+        breaks_at = np.full((world.n_agents, worlds), NEVER)
+        for w in range(worlds):
+            who = rng.choice(world.n_agents, world.breakdowns, replace=False)
+            breaks_at[who, w] = time[w] + rng.integers(-2, 4, len(who))
+        state["breaks_at"] = jax.numpy.asarray(breaks_at, "int32")
+    return state
 
 
 def random_actions(world: rover.World, rng: np.random.Generator, worlds: int = WORLDS) -> jax.Array:
@@ -152,6 +225,10 @@ def one_world(states: RoverState, w: int) -> rover.State:
         poi_position=np.asarray(states.poi_position, np.float64)[..., w],
         observed=np.asarray(states.observed)[..., w],
         time=int(states.time[w]),
+        **{
+            option: None if getattr(states, option) is None else np.asarray(getattr(states, option))[..., w]
+            for option in ("poi_direction", "order", "breaks_at")
+        },
     )
 
 
@@ -159,6 +236,8 @@ def gap_to_borders(world: rover.World, state: rover.State) -> float:
     """How far, in metres, the state is from one that rounding could turn into another outcome."""
     gap = math.inf
     width = 2 * math.pi / world.n_sectors
+    if world.poi_speed:
+        gap = float(np.minimum(state.poi_position, world.world_size - state.poi_position).min())
     for agent in range(world.n_agents):
         here = state.position[agent]
         others = [state.position[other] for other in range(world.n_agents) if other != agent]

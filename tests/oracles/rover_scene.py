@@ -30,15 +30,28 @@ class Scene:
         self._step = quick_jit(self.env.step)
 
     def state(
-        self, rovers: Any, pois: Any, headings: Any = None, observed: Any = None, time: int = 0
+        self,
+        rovers: Any,
+        pois: Any,
+        headings: Any = None,
+        observed: Any = None,
+        time: int = 0,
+        courses: Any = None,
+        order: Any = None,
+        breaks_at: Any = None,
     ) -> RoverState:
+        """Everything in its place; `courses` in degrees, one a POI."""
         agents, n_pois = self.world.n_agents, self.world.n_pois
+        towards = None if courses is None else [around((0.0, 0.0), course, 1.0) for course in courses]
         return RoverState(
             position=jnp.asarray(rovers, jnp.float32).reshape(agents, 2),
             heading=jnp.zeros(agents) if headings is None else jnp.asarray(headings, jnp.float32),
             poi_position=jnp.asarray(pois, jnp.float32).reshape(n_pois, 2),
             observed=jnp.zeros(n_pois, bool) if observed is None else jnp.asarray(observed, bool),
             time=jnp.asarray(time, jnp.int32),
+            poi_direction=None if towards is None else jnp.asarray(towards, jnp.float32),
+            order=None if order is None else jnp.asarray(order, jnp.int32),
+            breaks_at=None if breaks_at is None else jnp.asarray(breaks_at, jnp.int32),
         )
 
     def step(self, state: RoverState, *actions: tuple[float, float]) -> tuple[RoverState, TimeStep]:

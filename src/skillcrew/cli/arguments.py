@@ -1,4 +1,4 @@
-"""How values are written on the command line: counts, seeds, parent graphs."""
+"""How values are written on the command line: counts, seeds, parent graphs, groups of types."""
 
 import decimal
 import re
@@ -83,3 +83,24 @@ def format_parents(graph: Mapping[str, Sequence[str]] | None) -> str:
     if graph is None:
         return "default"
     return ",".join(f"{name}:{'+'.join(above)}" for name, above in graph.items() if above) or "none"
+
+
+def parse_groups(text: str) -> tuple[tuple[str, ...], ...]:
+    """`A+B,C+D` for "A and B at once, and C and D at once"; `none` for no groups.
+
+    Raises:
+        UserError: not of that form.
+    """
+    if text == "none":
+        return ()
+    groups = []
+    for part in text.split(","):
+        if re.fullmatch(r"\w+(\+\w+)*", part.strip()) is None:
+            raise UserError(f"'{part}' in simultaneous: write TYPE+TYPE, such as A+B,C+D, or none")
+        groups.append(tuple(part.strip().split("+")))
+    return tuple(groups)
+
+
+def format_groups(groups: Sequence[Sequence[str]]) -> str:
+    """The inverse of `parse_groups`."""
+    return ",".join("+".join(group) for group in groups) or "none"

@@ -6,6 +6,7 @@ import json
 from skillcrew.algorithms.registry import ALGORITHMS
 from skillcrew.cli.options import parse_options
 from skillcrew.envs.presets import PRESETS, make, preset
+from skillcrew.envs.rover.config import RoverConfig
 
 USAGE = "usage: skillcrew list [--json]\n\nAlgorithms, environment presets and the skills of each."
 
@@ -27,15 +28,28 @@ def run(words: list[str]) -> int:
         presets = {name: {**env.describe(), "skills": env.skills} for name, (env, _) in environments.items()}
         print(json.dumps({"algorithms": algorithms, "environments": presets}, indent=1))
         return 0
+    width = max(map(len, [*algorithms, *environments]))
     print("Algorithms")
     for name, about in algorithms.items():
-        print(f"  {name:<14} {about}")
+        print(f"  {name:<{width}} {about}")
     print("\nEnvironments")
     for name, (env, config) in environments.items():
         print(
-            f"  {name:<14} {config.n_agents} rover(s), {config.n_poi_types} POI types, spatial coupling "
-            f"{config.spatial_coupling}, {config.episode_length} steps"
+            f"  {name:<{width}} {config.n_agents} rover(s), {config.n_poi_types} POI types, spatial coupling "
+            f"{config.spatial_coupling}, {config.episode_length} steps{_particulars(config)}"
         )
-        print(f"  {'':<14} skills: {', '.join(env.skills)}")
+        print(f"  {'':<{width}} skills: {', '.join(env.skills)}")
     print("\nEvery field of both is an option: `skillcrew train madys rover-t2-c1 --help` explains them.")
     return 0
+
+
+def _particulars(config: RoverConfig) -> str:
+    """What a preset has beyond sizes."""
+    groups = " then ".join("+".join(group) for group in config.simultaneous)
+    said = {
+        f"{groups} at once": config.simultaneous,
+        "order drawn": config.order == "drawn",
+        "POIs move": config.poi_speed,
+        f"{config.breakdowns} breaks down": config.breakdowns,
+    }
+    return "".join(f", {what}" for what, holds in said.items() if holds)

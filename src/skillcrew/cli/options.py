@@ -7,7 +7,15 @@ from typing import Any, TypeVar
 import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
-from skillcrew.cli.arguments import Seeds, format_parents, parse_count, parse_parents, parse_seeds
+from skillcrew.cli.arguments import (
+    Seeds,
+    format_groups,
+    format_parents,
+    parse_count,
+    parse_groups,
+    parse_parents,
+    parse_seeds,
+)
 from skillcrew.errors import UserError, nearest_first
 
 Options = TypeVar("Options")
@@ -82,3 +90,4 @@ _rule(
     parse_parents,
     format_parents,
 )
+_rule(lambda kind: kind == tuple[tuple[str, ...], ...], "A+B,C+D|none", parse_groups, format_groups)

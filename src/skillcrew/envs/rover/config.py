@@ -6,6 +6,15 @@ import string
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+from skillcrew.envs.rover.order import (
+    Graph,
+    chain,
+    checked_groups,
+    checked_parents,
+    sorted_by_parents,
+    waiting_forever,
+    with_singles,
+)
 from skillcrew.errors import UserError, unknown_name
 
 
@@ -14,7 +23,8 @@ class RoverConfig:
     """A Rover Domain (thesis, section 4.1). Lengths are in metres, angles in radians unless said.
 
     Raises:
-        UserError: a value out of range, or parents that cycle or name no type.
+        UserError: a value out of range, types that wait for one another or do not exist, or options that
+            exclude one another.
     """
 
     n_agents: int = 1
@@ -29,6 +39,15 @@ class RoverConfig:
     """Rovers that must be within the activation distance of a POI in the same step."""
     parents: Mapping[str, tuple[str, ...]] | None = None
     """Types that must have been observed at an earlier step, per type. Default: the chain A, B, C…"""
+    simultaneous: tuple[tuple[str, ...], ...] = ()
+    """Groups of types that count only when all types of the group are observed in the same step.
+    The default chain then goes from group to group, in the order of their first types."""
+    order: Literal["fixed", "drawn"] = "fixed"
+    """"drawn": each episode draws in which order the types must be observed, and only sensors tell it."""
+    cue: float = 1000.0
+    """How many times as strongly the next type of a drawn order reflects. With values of 1, a POI that is
+    not cued reads at most 1 (`min_distance` 1), one that is cued at least 1000/28² > 1 anywhere in the
+    square of 20 m: the next type is always the strongest reading."""
     episode_length: int = 50
     """Steps until an unfinished episode is truncated."""
     world_size: float = 20.0
@@ -51,6 +70,12 @@ class RoverConfig:
     """Nothing farther than this is sensed. Default: no limit."""
     observed_pois: Literal["persist", "vanish"] = "persist"
     """Whether observed POIs stay in sensors and local rewards, or leave both."""
+    poi_speed: float = 0.0
+    """POIs move so far in each step, each straight on in a direction of its own until the border throws it
+    back; at most `world_size`."""
+    breakdowns: int = 0
+    """Rovers that break down in each episode, each at a step of its own, any as likely: from then on it
+    stands still, does not count, and is neither sensed nor approached. Its own sensors go on."""
     team_reward: Literal["binary", "fraction"] = "binary"
     """1 when the last type is observed, or each newly observed type's share of all types."""
 
@@ -60,7 +85,10 @@ class RoverConfig:
         if self.poi_values is not None:
             object.__setattr__(self, "poi_values", _checked_values(self.poi_values, self.n_poi_types))
         if self.parents is not None:
-            object.__setattr__(self, "parents", _checked_parents(self.parents, self.type_names))
+            object.__setattr__(self, "parents", checked_parents(self.parents, self.type_names))
+        object.__setattr__(self, "simultaneous", checked_groups(self.simultaneous, self.type_names))
+        self._check_order()
+        self._check_rovers_suffice()
 
     @property
     def type_names(self) -> tuple[str, ...]:
@@ -73,12 +101,34 @@ class RoverConfig:
         return self.poi_values if self.poi_values is not None else (1.0,) * self.n_poi_types
 
     @property
+    def n_pois(self) -> int:
+        """POIs of all types together."""
+        return self.n_poi_types * self.pois_per_type
+
+    @property
     def parent_indices(self) -> tuple[tuple[int, ...], ...]:
-        """For each type, the indices of the types that come before it."""
-        names = self.type_names
-        if self.parents is None:
-            return tuple((index - 1,) if index else () for index in range(self.n_poi_types))
-        return tuple(tuple(names.index(p) for p in self.parents.get(name, ())) for name in names)
+        """For each type, the indices of the types that come before it, unless the order is drawn."""
+        return tuple(self._indices(self._graph.get(name, ())) for name in self.type_names)
+
+    @property
+    def group_indices(self) -> tuple[tuple[int, ...], ...]:
+        """The types by what is observed at once, most by themselves, in an order in which they can be."""
+        groups = with_singles(self.simultaneous, self.type_names)
+        return tuple(self._indices(group) for group in sorted_by_parents(groups, self._graph))
+
+    @property
+    def rovers_at_once(self) -> int:
+        """How many rovers the largest group takes."""
+        return self.spatial_coupling * max(len(group) for group in self.group_indices)
+
+    @property
+    def _graph(self) -> Graph:
+        if self.parents is not None:
+            return self.parents
+        return chain(with_singles(self.simultaneous, self.type_names))
+
+    def _indices(self, names: Sequence[str]) -> tuple[int, ...]:
+        return tuple(self.type_names.index(name) for name in names)
 
     def _check_sizes(self) -> None:
         for field in ("n_agents", "n_poi_types", "pois_per_type", "spatial_coupling", "episode_length"):
@@ -87,6 +137,8 @@ class RoverConfig:
                 raise UserError(f"{field} = {value!r}: give a whole number of at least 1")
         for field in ("world_size", "max_turn", "max_speed", "activation_distance", "min_distance"):
             _check_positive(field, getattr(self, field))
+        _check_positive("cue", self.cue)
+        _check_speed("poi_speed", self.poi_speed, self.world_size)
         if self.observation_radius is not None:
             _check_positive("observation_radius", self.observation_radius)
         if self.n_poi_types > len(string.ascii_uppercase):
@@ -106,17 +158,50 @@ class RoverConfig:
 
     def _check_choices(self) -> None:
         choices = {"sensor": ("density", "closest"), "observed_pois": ("persist", "vanish")}
-        choices["team_reward"] = ("binary", "fraction")
+        choices |= {"team_reward": ("binary", "fraction"), "order": ("fixed", "drawn")}
         for field, valid in choices.items():
             if getattr(self, field) not in valid:
                 raise unknown_name(field, str(getattr(self, field)), valid)
         if not isinstance(self.bounded, bool):
             raise UserError(f"bounded = {self.bounded!r}: give true or false")
 
+    def _check_order(self) -> None:
+        if self.order == "drawn":
+            for field in ("parents", "simultaneous"):
+                if getattr(self, field) not in (None, ()):
+                    raise UserError(f"order = 'drawn': each episode draws its own chain; leave out {field}")
+        groups = with_singles(self.simultaneous, self.type_names)
+        if waiting := waiting_forever(groups, self._graph):
+            raise UserError(
+                f"simultaneous = {self.simultaneous}: {waiting} would wait for one another, with parents = "
+                f"{self.parents}; types of a group must not come before one another"
+            )
+
+    def _check_rovers_suffice(self) -> None:
+        needed = self.rovers_at_once
+        if needed > self.n_agents:
+            raise UserError(
+                f"simultaneous = {self.simultaneous}: the largest group takes {needed} rovers at once, "
+                f"above n_agents = {self.n_agents}; lower spatial_coupling or raise n_agents"
+            )
+        broken, spare = self.breakdowns, self.n_agents - needed
+        if isinstance(broken, bool) or not isinstance(broken, int) or broken < 0:
+            raise UserError(f"breakdowns = {broken!r}: give a whole number of at least 0")
+        if broken > spare:
+            raise UserError(
+                f"breakdowns = {broken}: no rover to spare, since {needed} of n_agents = {self.n_agents} are "
+                f"needed at once; give at most {spare}"
+            )
+
 
 def _check_positive(field: str, value: Any) -> None:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
         raise UserError(f"{field} = {value!r}: give a positive number")
+
+
+def _check_speed(field: str, value: Any, most: float) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most:
+        raise UserError(f"{field} = {value!r}: give a number from 0 to world_size = {most}")
 
 
 def _checked_values(values: Any, n_poi_types: int) -> tuple[float, ...]:
@@ -127,25 +212,3 @@ def _checked_values(values: Any, n_poi_types: int) -> tuple[float, ...]:
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise UserError(mend)
     return tuple(float(value) for value in values)
-
-
-def _checked_parents(parents: Any, names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
-    if not isinstance(parents, Mapping):
-        raise UserError(f"parents = {parents!r}: give a mapping from type to parents, such as {{'B': ['A']}}")
-    for name, above in parents.items():
-        if isinstance(above, str) or not isinstance(above, Sequence):
-            raise UserError(
-                f"parents = {parents!r}: give {name} a list of types, such as {{'{name}': ['A']}}"
-            )
-    graph = {name: tuple(above) for name, above in parents.items()}
-    for name in [*graph, *(parent for above in graph.values() for parent in above)]:
-        if name not in names:
-            raise unknown_name("POI type in parents", str(name), names)
-    settled: set[str] = set()
-    while len(settled) < len(names):
-        ready = [n for n in names if n not in settled and settled.issuperset(graph.get(n, ()))]
-        if not ready:
-            cycle = ", ".join(name for name in names if name not in settled)
-            raise UserError(f"parents = {graph}: cycle among {cycle}; remove one of these parents")
-        settled.update(ready)
-    return graph

@@ -1,40 +1,7 @@
-"""What counts as observing a POI, and the rewards of the skills and of the team."""
-
-import functools
+"""The rewards of the skills and of the team."""
 
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
-
-PerRover = Float[Array, "agents *worlds"]
-
-
-def newly_observed(
-    squared_distance: Float[Array, "pois agents *worlds"],
-    observed: Bool[Array, "pois *worlds"],
-    parents: tuple[tuple[int, ...], ...],
-    pois_per_type: int,
-    spatial_coupling: int,
-    activation_distance: float,
-) -> Bool[Array, "pois *worlds"]:
-    """Which POIs meet both couplings in this step (thesis, section 4.1).
-
-    Spatial: at least `spatial_coupling` rovers within `activation_distance` at this very step.
-    Temporal: each parent type was observed at an *earlier* step.
-    """
-    near = squared_distance <= activation_distance**2
-    enough = near.sum(1, dtype=jnp.int32) >= spatial_coupling
-    done = types_observed(observed, pois_per_type)
-    unlocked = [
-        functools.reduce(jnp.logical_and, (done[p] for p in above), jnp.ones_like(done[0]))
-        for above in parents
-    ]
-    return jnp.stack([enough[poi] & unlocked[poi // pois_per_type] for poi in range(len(enough))])
-
-
-def types_observed(observed: Bool[Array, "pois *worlds"], pois_per_type: int) -> Bool[Array, "types *worlds"]:
-    """A type is observed with the first of its POIs. POIs are ordered by type."""
-    by_type = observed.reshape(-1, pois_per_type, *observed.shape[1:])
-    return functools.reduce(jnp.logical_or, (by_type[:, i] for i in range(pois_per_type)))
 
 
 def closeness(squared_distance: Float[Array, "*any"], activation_distance: float) -> Float[Array, "*any"]:

@@ -4,32 +4,15 @@ import dataclasses
 import functools
 from typing import Any
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int, Key
+from jaxtyping import Array, Bool, Float, Key
 
 from skillcrew.envs.environment import Environment, TimeStep
-from skillcrew.envs.rover import rewards
+from skillcrew.envs.rover import coupling, rewards
 from skillcrew.envs.rover.config import RoverConfig
-from skillcrew.envs.rover.sensors import Reflections
-
-START_SHARE = 0.3
-"""Rovers start in this central share of each axis."""
-
-
-class RoverState(eqx.Module):
-    """Where everything is. A batch of worlds has its axis last in every field."""
-
-    position: Float[Array, "agents 2 *worlds"]
-    """Metres; the square spans 0 to `world_size` on both axes."""
-    heading: Float[Array, "agents *worlds"]
-    """Radians in [-π, π), counter-clockwise from the x axis."""
-    poi_position: Float[Array, "pois 2 *worlds"]
-    """Metres; ordered by type."""
-    observed: Bool[Array, "pois *worlds"]
-    time: Int[Array, "*worlds"]
-    """Steps since the reset."""
+from skillcrew.envs.rover.motion import Direction, direction_of, moved
+from skillcrew.envs.rover.sensors import Reflections, Value
+from skillcrew.envs.rover.state import RoverState, draw_state
 
 
 class RoverDomain(Environment):
@@ -44,7 +27,6 @@ class RoverDomain(Environment):
         self.config = config
         self.name = name
         self.n_agents = config.n_agents
-        self.n_pois = config.n_poi_types * config.pois_per_type
         self.n_sectors = 360 // config.sensor_resolution
         self.observation_size = self.n_sectors * (1 + config.n_poi_types)
         self.action_size = 2
@@ -55,19 +37,8 @@ class RoverDomain(Environment):
         return {"name": self.name, **dataclasses.asdict(self.config)}
 
     def reset(self, key: Key[Array, ""]) -> tuple[RoverState, Float[Array, "agents obs"]]:
-        config = self.config
-        # One draw for everything: each random operation of its own takes XLA long to compile.
-        draw = jax.random.uniform(key, (3 * self.n_agents + 2 * self.n_pois,))
-        start, turn, poi = jnp.split(draw, (2 * self.n_agents, 3 * self.n_agents))
-        margin = (1 - START_SHARE) / 2
-        state = RoverState(
-            position=config.world_size * (margin + START_SHARE * start.reshape(self.n_agents, 2)),
-            heading=jnp.pi * (2 * turn - 1),
-            poi_position=config.world_size * poi.reshape(self.n_pois, 2),
-            observed=jnp.zeros(self.n_pois, bool),
-            time=jnp.zeros((), jnp.int32),
-        )
-        return state, self._observe(state, _direction(state.heading))
+        state = draw_state(self.config, key)
+        return state, self._observe(state, direction_of(state.heading))
 
     def step(
         self, state: RoverState, action: Float[Array, "agents 2"], key: Key[Array, ""]
@@ -85,20 +56,13 @@ class RoverDomain(Environment):
         self, state: RoverState, action: Float[Array, "agents 2 *worlds"]
     ) -> tuple[RoverState, TimeStep]:
         config = self.config
-        state, direction = self._move(state, action)
+        state, direction = moved(config, state, action)
         poi_squared = self._poi_squared_distances(state)
         local_rewards = self._local_rewards(state, poi_squared)
-        before = rewards.types_observed(state.observed, config.pois_per_type)
-        observed = state.observed | rewards.newly_observed(
-            poi_squared,
-            state.observed,
-            config.parent_indices,
-            config.pois_per_type,
-            config.spatial_coupling,
-            config.activation_distance,
-        )
-        after = rewards.types_observed(observed, config.pois_per_type)
-        state = RoverState(state.position, state.heading, state.poi_position, observed, state.time + 1)
+        before = coupling.types_observed(state.observed, config.pois_per_type)
+        observed = state.observed | self._newly_observed(state, poi_squared, before)
+        after = coupling.types_observed(observed, config.pois_per_type)
+        state = dataclasses.replace(state, observed=observed, time=state.time + 1)
         terminated = after.all(0)
         return state, TimeStep(
             observation=self._observe(state, direction),
@@ -108,23 +72,31 @@ class RoverDomain(Environment):
             truncated=(state.time >= config.episode_length) & ~terminated,
         )
 
-    def _move(self, state: RoverState, action: Float[Array, "agents 2 *worlds"]):
-        """Turns, then drives along the new heading; returns the heading's cosine and sine too."""
-        config = self.config
-        action = jnp.clip(action, -1.0, 1.0)
-        heading = state.heading + action[:, 0] * config.max_turn
-        heading = heading - 2 * jnp.pi * jnp.floor(heading / (2 * jnp.pi) + 0.5)
-        cosine, sine = _direction(heading)
-        drive = (action[:, 1] + 1) / 2 * config.max_speed
-        position = state.position + jnp.stack([drive * cosine, drive * sine], axis=1)
-        if config.bounded:
-            position = jnp.clip(position, 0.0, config.world_size)
-        moved = RoverState(position, heading, state.poi_position, state.observed, state.time)
-        return moved, (cosine, sine)
-
     def _poi_squared_distances(self, state: RoverState) -> Float[Array, "pois agents *worlds"]:
         squared = [_squared(*_offsets(state.position, poi)) for poi in state.poi_position]
         return jnp.stack(squared)
+
+    def _newly_observed(
+        self,
+        state: RoverState,
+        poi_squared: Float[Array, "pois agents *worlds"],
+        done: Bool[Array, "types *worlds"],
+    ) -> Bool[Array, "pois *worlds"]:
+        config, working = self.config, state.working()
+        if working is not None:
+            poi_squared = jnp.where(working[None], poi_squared, jnp.inf)
+        if state.order is None:
+            unlocked = coupling.unlocked_by_parents(done, config.parent_indices)
+        else:
+            unlocked = coupling.unlocked_in_order(done, state.order)
+        return coupling.newly_observed(
+            poi_squared,
+            unlocked,
+            config.group_indices,
+            config.pois_per_type,
+            config.spatial_coupling,
+            config.activation_distance,
+        )
 
     def _local_rewards(
         self, state: RoverState, poi_squared: Float[Array, "pois agents *worlds"]
@@ -146,15 +118,25 @@ class RoverDomain(Environment):
 
     def _squared_distance_to(self, state: RoverState, other: int) -> Float[Array, "agents *worlds"]:
         squared = _squared(*_offsets(state.position, state.position[other]))
-        return jnp.where(self._is(other, state), jnp.inf, squared)
+        return jnp.where(self._meets(other, state), squared, jnp.inf)
 
-    def _is(self, agent: int, state: RoverState) -> Bool[Array, "agents *ones"]:
-        """True in the row of one agent, to leave it out of what it meets of the others."""
-        return (jnp.arange(self.n_agents) == agent).reshape(-1, *(1,) * state.time.ndim)
+    def _meets(self, other: int, state: RoverState) -> Bool[Array, "agents *ones"]:
+        """Who meets one agent: all but itself, or nobody once it has broken down."""
+        others = (jnp.arange(self.n_agents) != other).reshape(-1, *(1,) * state.time.ndim)
+        working = state.working()
+        return others if working is None else others & working[None, other]
 
-    def _observe(
-        self, state: RoverState, direction: tuple[Array, Array]
-    ) -> Float[Array, "agents obs *worlds"]:
+    def _values(self, state: RoverState) -> list[Value]:
+        """V of each type's POIs in the sensors; of a drawn order, the next type is cued."""
+        values = self.config.values
+        if state.order is None:
+            return list(values)
+        done = coupling.types_observed(state.observed, self.config.pois_per_type)
+        is_next = coupling.next_in_order(done, state.order)
+        cue = self.config.cue
+        return [jnp.where(is_next[None, kind], value * cue, value) for kind, value in enumerate(values)]
+
+    def _observe(self, state: RoverState, direction: Direction) -> Float[Array, "agents obs *worlds"]:
         """Sector-major: for each sector the rover channel, then one channel per POI type."""
         config = self.config
         reflections = Reflections(
@@ -165,12 +147,12 @@ class RoverDomain(Environment):
             closest=config.sensor == "closest",
         )
         rovers = [
-            (*_offsets(state.position, state.position[other]), 1.0, ~self._is(other, state))
+            (*_offsets(state.position, state.position[other]), 1.0, self._meets(other, state))
             for other in range(self.n_agents)
         ]
         channels = [reflections.channel(rovers if self.n_agents > 1 else [])]
         vanish = config.observed_pois == "vanish"
-        for poi_type, value in enumerate(config.values):
+        for poi_type, value in enumerate(self._values(state)):
             first = poi_type * config.pois_per_type
             channels.append(
                 reflections.channel(
@@ -184,18 +166,6 @@ class RoverDomain(Environment):
             )
         readings = [channel[q] for q in range(self.n_sectors) for channel in channels]
         return jnp.stack(readings, axis=1)
-
-
-def _direction(heading: Array) -> tuple[Array, Array]:
-    """Cosine and sine of the heading, brought back to unit length.
-
-    The division is there for XLA, which would fuse bare cosines and sines into each of their many
-    readers and compute them again in all; a quotient it computes once. With 6 rovers a step takes
-    a fifth of the time.
-    """
-    cosine, sine = jnp.cos(heading), jnp.sin(heading)
-    squared = cosine * cosine + sine * sine
-    return cosine / squared, sine / squared
 
 
 def _offsets(

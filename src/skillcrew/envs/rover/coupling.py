@@ -1,0 +1,64 @@
+"""When a POI counts as observed: which types are allowed to be, and how many rovers it takes."""
+
+import functools
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+PerType = Bool[Array, "types *worlds"]
+
+
+def types_observed(observed: Bool[Array, "pois *worlds"], pois_per_type: int) -> PerType:
+    """A type is observed with the first of its POIs. POIs are ordered by type."""
+    by_type = observed.reshape(-1, pois_per_type, *observed.shape[1:])
+    return functools.reduce(jnp.logical_or, (by_type[:, i] for i in range(pois_per_type)))
+
+
+def unlocked_by_parents(done: PerType, parents: tuple[tuple[int, ...], ...]) -> PerType:
+    """The types all of whose parents are observed."""
+    return jnp.stack(
+        [
+            functools.reduce(jnp.logical_and, (done[p] for p in above), jnp.ones_like(done[0]))
+            for above in parents
+        ]
+    )
+
+
+def unlocked_in_order(done: PerType, order: Int[Array, "types *worlds"]) -> PerType:
+    """The types before which no unobserved one stands in the order (see `RoverState.order`)."""
+    return jnp.stack([(done | (order >= place[None])).all(0) for place in order])
+
+
+def next_in_order(done: PerType, order: Int[Array, "types *worlds"]) -> PerType:
+    """True for the first unobserved type of the order, and for none once all are observed."""
+    return unlocked_in_order(done, order) & ~done
+
+
+def newly_observed(
+    squared_distance: Float[Array, "pois agents *worlds"],
+    unlocked: PerType,
+    groups: tuple[tuple[int, ...], ...],
+    pois_per_type: int,
+    spatial_coupling: int,
+    activation_distance: float,
+) -> Bool[Array, "pois *worlds"]:
+    """Which POIs meet all couplings in this step (thesis, section 4.1).
+
+    Spatial: at least `spatial_coupling` rovers within `activation_distance` at this very step.
+    Temporal: the type is unlocked by what was observed at *earlier* steps. Simultaneous: the same
+    holds of a POI of each other type of its group.
+
+    Args:
+        squared_distance: infinite for a rover that does not count.
+        unlocked: before this step.
+        groups: types by the group that they are in, each type in exactly one.
+    """
+    near = squared_distance <= activation_distance**2
+    enough = near.sum(1, dtype=jnp.int32) >= spatial_coupling
+    met = types_observed(enough, pois_per_type) & unlocked
+    others = {kind: [other for other in group if other != kind] for group in groups for kind in group}
+    ready = [
+        functools.reduce(jnp.logical_and, (met[other] for other in others[kind]), unlocked[kind])
+        for kind in range(len(unlocked))
+    ]
+    return jnp.stack([enough[poi] & ready[poi // pois_per_type] for poi in range(len(enough))])
