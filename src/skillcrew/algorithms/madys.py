@@ -12,7 +12,7 @@ import jax
 from jaxtyping import Array
 
 from skillcrew.algorithms.skill_teams import SkillTeams, SkillTeamsConfig, SkillTeamsState
-from skillcrew.policies.selector import Selector
+from skillcrew.policies.selector import AnySelector
 from skillcrew.policies.team import SkillTeam
 
 
@@ -39,7 +39,7 @@ class MADyS(SkillTeams):
         key, key_start, key_rollout, key_evolution, key_skills = jax.random.split(state.key, 5)
         skills = state.skills.in_use()
 
-        def make_team(selectors: Selector) -> SkillTeam:
+        def make_team(selectors: AnySelector) -> SkillTeam:
             return SkillTeam(selectors, skills, self.env.n_agents)
 
         # Lines 6 to 9 (and Algorithm 2): every team lives the same fresh episodes into the buffer, with noise

@@ -5,7 +5,7 @@ from typing import Literal
 
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.team_search import EvolverName
-from skillcrew.policies.memory import PolicyConfig
+from skillcrew.policies.selector import SelectorConfig
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,8 +24,8 @@ class MADySPlusConfig(MADySConfig):
     evolver: EvolverName = "strategy"
     """What the next generation is made by. Where one success in fifty episodes is all there is at first, as
     in rover-t3-c3, a genetic algorithm breeds the lucky; here every episode moves the one mean a little."""
-    selector: PolicyConfig = dataclasses.field(
-        default_factory=lambda: PolicyConfig(memory=16, sharing="team")
+    selector: SelectorConfig = dataclasses.field(
+        default_factory=lambda: SelectorConfig(memory=16, sharing="team")
     )
     """One selector with memory for all agents: a memoryless one can only guess which POIs are done."""
     recorded_episodes: int | None = 1

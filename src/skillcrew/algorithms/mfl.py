@@ -13,7 +13,7 @@ from jaxtyping import Array
 
 from skillcrew.algorithms.skill_teams import SkillTeams, SkillTeamsConfig, SkillTeamsState
 from skillcrew.errors import UserError
-from skillcrew.policies.selector import Selector
+from skillcrew.policies.selector import AnySelector
 from skillcrew.policies.team import SkillTeam, WanderingTeam
 
 
@@ -55,7 +55,7 @@ class MFL(SkillTeams):
         skills = state.skills.in_use()
         pretraining = state.environment_steps < self.config.pretraining_steps
 
-        def make_team(selectors: Selector) -> WanderingTeam:
+        def make_team(selectors: AnySelector) -> WanderingTeam:
             team = SkillTeam(selectors, skills, self.env.n_agents)
             return WanderingTeam(team, pretraining, self.config.exploration_change)
 

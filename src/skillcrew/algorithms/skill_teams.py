@@ -14,9 +14,9 @@ from skillcrew.algorithms.algorithm import override
 from skillcrew.algorithms.skill_learning import SkillConfig, SkillLearning, SkillState
 from skillcrew.algorithms.team_search import SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
-from skillcrew.policies.memory import PolicyConfig
+from skillcrew.evolution.phases import PhaseVariation
 from skillcrew.policies.population import GenomeCodec
-from skillcrew.policies.selector import Selector
+from skillcrew.policies.selector import AnySelector, SelectorConfig, create_selector
 from skillcrew.policies.team import SkillTeam, Team
 from skillcrew.rollout import Episodes, Trajectories, rollout
 
@@ -25,7 +25,7 @@ from skillcrew.rollout import Episodes, Trajectories, rollout
 class SkillTeamsConfig(SearchConfig, SkillConfig):
     """Options of the search for selectors, and of the skills."""
 
-    selector: PolicyConfig = dataclasses.field(default_factory=PolicyConfig)
+    selector: SelectorConfig = dataclasses.field(default_factory=SelectorConfig)
     """The selectors' network. Evolved on the same trained skills of rover-t2-c1 for 1 M steps (20 runs
     each), champions solved 0.95 with one hidden layer of 16 units and 0.94 with one of 64."""
 
@@ -61,8 +61,10 @@ class SkillTeams:
         self.env = env
         self.config = override(self, config, overrides)
         self._skills = SkillLearning(env, self.config)
-        codec = GenomeCodec(self._create_selector, self.config.selector.networks(env.n_agents))
-        self._search = TeamSearch(env, codec, self.config)
+        selector = self.config.selector
+        selector.check_episode(env.episode_length)
+        codec = GenomeCodec(self._create_selector, selector.networks(env.n_agents), selector.alike)
+        self._search = TeamSearch(env, codec, self.config, self._vary if selector.phases else None)
         self._skills.transitions(self._recorded_worlds())
 
     def choices(self) -> tuple[str, ...]:
@@ -90,7 +92,7 @@ class SkillTeams:
     def _live(
         self,
         state: SkillTeamsState,
-        make_team: Callable[[Selector], Team],
+        make_team: Callable[[AnySelector], Team],
         learning: Bool[Array, ""],
         key_start: Key[Array, ""],
         key_rollout: Key[Array, ""],
@@ -123,5 +125,12 @@ class SkillTeams:
         worlds = self._search.worlds + self._skills.probe_worlds
         return len(np.arange(worlds)[self._recorded()])
 
-    def _create_selector(self, key: Key[Array, ""]) -> Selector:
-        return Selector.create(key, self.env.observation_size, self._skills.n_skills, self.config.selector)
+    def _vary(self, networks: int) -> PhaseVariation:
+        phases = self.config.selector.phases
+        return PhaseVariation(self.config.evolution.phases, networks, phases, self._skills.n_skills)
+
+    def _create_selector(self, key: Key[Array, ""]) -> AnySelector:
+        env = self.env
+        return create_selector(
+            key, env.observation_size, self._skills.n_skills, env.episode_length, self.config.selector
+        )

@@ -16,6 +16,7 @@ from skillcrew.evolution.evosax_bridge import EVOSAX_NAMES, EvosaxConfig, Evosax
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm
 from skillcrew.evolution.selection import rank
 from skillcrew.evolution.strategy import EvolutionStrategy, StrategyConfig
+from skillcrew.evolution.variation import Variation
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.team import Team
 from skillcrew.rollout import Episodes, Lineup, Start, rollout
@@ -122,16 +123,23 @@ class TeamSearch:
         env: where they live.
         codec: draws a team's networks, and turns genomes into them.
         config: see there.
+        vary: how the genomes of so many networks are varied; by default as weights are.
 
     Raises:
         UserError: the evolver does not suit the number of agents or networks.
     """
 
-    def __init__(self, env: Environment, codec: GenomeCodec, config: SearchConfig):
+    def __init__(
+        self,
+        env: Environment,
+        codec: GenomeCodec,
+        config: SearchConfig,
+        vary: Callable[[int], Variation] | None = None,
+    ):
         self.config = config
         self._env = env
         self._codec = codec
-        self._evolver = _make_evolver(config, codec, env.n_agents)
+        self._evolver = _make_evolver(config, codec, env.n_agents, vary or (lambda _: None))
 
     @property
     def worlds(self) -> int:
@@ -225,9 +233,11 @@ class TeamSearch:
         return fitness, evaluations, episodes.steps_lived()
 
 
-def _make_evolver(config: SearchConfig, codec: GenomeCodec, n_agents: int) -> Evolver:
+def _make_evolver(
+    config: SearchConfig, codec: GenomeCodec, n_agents: int, vary: Callable[[int], Variation | None]
+) -> Evolver:
     if config.evolver == "genetic":
-        return GeneticAlgorithm(config.evolution, codec.create)
+        return GeneticAlgorithm(config.evolution, codec.create, vary(codec.networks))
     if config.evolver == "strategy":
         return EvolutionStrategy(config.strategy, codec.create)
     if config.evolver != "coevolution":
@@ -237,4 +247,4 @@ def _make_evolver(config: SearchConfig, codec: GenomeCodec, n_agents: int) -> Ev
             "evolver = coevolution: each agent's own network has a subpopulation; set its sharing to agent"
         )
     config.coevolution.check_agents(config.population, n_agents)
-    return CooperativeCoevolution(config.evolution, config.coevolution, codec.create, n_agents)
+    return CooperativeCoevolution(config.evolution, config.coevolution, codec.create, n_agents, vary(1))

@@ -12,6 +12,7 @@ from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.evolver import Draw, Migrants
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState
 from skillcrew.evolution.hall_of_fame import HallOfFame, HallOfFameConfig
+from skillcrew.evolution.variation import Variation
 
 
 @dataclasses.dataclass(frozen=True)
@@ -86,13 +87,21 @@ class CooperativeCoevolution:
         config: see there.
         draw: draws so many random genomes of whole teams.
         n_agents: networks of a team, each with an equal share of the genome.
+        variation: how the children of one agent's subpopulation are made; by default as weights are varied.
     """
 
-    def __init__(self, evolution: EvolutionConfig, config: CoevolutionConfig, draw: Draw, n_agents: int):
+    def __init__(
+        self,
+        evolution: EvolutionConfig,
+        config: CoevolutionConfig,
+        draw: Draw,
+        n_agents: int,
+        variation: Variation | None = None,
+    ):
         self.config = config
         self._n_agents = n_agents
         self._draw = draw
-        self._breeder = GeneticAlgorithm(evolution, draw)
+        self._breeder = GeneticAlgorithm(evolution, draw, variation)
 
     def init(self, key: Key[Array, ""], population: int) -> CoevolutionState:
         key_draw, key_teams = jax.random.split(key)

@@ -9,11 +9,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Key
 
 from skillcrew.errors import UserError, unknown_name
-from skillcrew.evolution.crossover import single_point
 from skillcrew.evolution.evolver import Draw, Migrants
 from skillcrew.evolution.lineage import Lineage
-from skillcrew.evolution.mutation import MutationConfig, mutate
+from skillcrew.evolution.mutation import MutationConfig
+from skillcrew.evolution.phases import PhaseMutationConfig
 from skillcrew.evolution.selection import proportional, rank, tournament
+from skillcrew.evolution.variation import Variation, WeightVariation
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,6 +31,9 @@ class EvolutionConfig:
     crossover_share: float = 0.5
     """Share of the children made by crossover between an elite and a member of S; the others
     are members of S themselves. Both then mutate."""
+    challengers: int = 0
+    """Others that survive unchanged, because their own mean fitness is the highest, however few evaluations
+    it rests on: what one lucky evaluation promises is looked at again, but does not lead."""
     lineage_memory: float = 40.0
     """Evaluations that an individual's mean fitness remembers; 1 ranks by the last one alone."""
     lineage_prior: float = 3.0
@@ -43,13 +47,17 @@ class EvolutionConfig:
     """Share of its parent's evaluations that a changed child starts with. Measured: at 0.6 children
     cannot outrank their parents soon enough."""
     mutation: MutationConfig = dataclasses.field(default_factory=MutationConfig)
-    """How children change."""
+    """How the weights of children change."""
+    phases: PhaseMutationConfig = dataclasses.field(default_factory=PhaseMutationConfig)
+    """How the timetables of children change, where selectors have phases."""
 
     def __post_init__(self) -> None:
         if self.selection not in ("tournament", "proportional"):
             raise unknown_name("evolution.selection", str(self.selection), ("tournament", "proportional"))
         if self.elites < 1:
             raise UserError(f"evolution.elites = {self.elites}: give at least 1, or the champion is lost")
+        if self.challengers < 0:
+            raise UserError(f"evolution.challengers = {self.challengers}: give individuals, or 0 for none")
         if self.tournament_size < 1:
             raise UserError(f"evolution.tournament_size = {self.tournament_size}: give at least 1")
         for field in ("crossover_share", "lineage_inheritance"):
@@ -63,9 +71,11 @@ class EvolutionConfig:
 
     def check_population(self, population: int) -> None:
         """Raises `UserError` if a population of this size leaves no room for children."""
-        if population < self.elites + 2:
+        survivors = self.elites + self.challengers
+        if population < survivors + 2:
+            summed = "evolution.elites + evolution.challengers" if self.challengers else "evolution.elites"
             raise UserError(
-                f"population = {population}: smaller than evolution.elites + 2 = {self.elites + 2}; "
+                f"population = {population}: smaller than {summed} + 2 = {survivors + 2}; "
                 "raise population or lower evolution.elites"
             )
 
@@ -82,11 +92,18 @@ class GeneticState(eqx.Module):
 
 
 class GeneticAlgorithm:
-    """The `Evolver` of Algorithm 1."""
+    """The `Evolver` of Algorithm 1.
 
-    def __init__(self, config: EvolutionConfig, draw: Draw):
+    Args:
+        config: see there.
+        draw: draws so many random genomes.
+        variation: how children are made; by default as weights are varied.
+    """
+
+    def __init__(self, config: EvolutionConfig, draw: Draw, variation: Variation | None = None):
         self.config = config
         self._draw = draw
+        self._variation = variation or WeightVariation(config.mutation)
 
     def init(self, key: Key[Array, ""], population: int) -> GeneticState:
         return GeneticState.create(self._draw(key, population))
@@ -104,7 +121,7 @@ class GeneticAlgorithm:
     ) -> GeneticState:
         if migrants is not None:
             state, fitness, evaluations = self._admit(state, fitness, evaluations, migrants)
-        return next_generation(key, state, fitness, self.config, evaluations)
+        return next_generation(key, state, fitness, self.config, evaluations, self._variation)
 
     def _admit(
         self,
@@ -147,6 +164,7 @@ def next_generation(
     fitness: Float[Array, " population"],
     config: EvolutionConfig,
     evaluations: Float[Array, " population"] | float = 1.0,
+    variation: Variation | None = None,
 ) -> GeneticState:
     """Lines 10 to 15 of Algorithm 1, and mutation.
 
@@ -156,16 +174,20 @@ def next_generation(
     Args:
         fitness: of the present population, in its order.
         evaluations: how much of an evaluation each fitness rests on.
+        variation: how children are made; by default as weights are varied.
     """
+    variation = variation or WeightVariation(config.mutation)
     key_select, key_pair, key_cross, key_mutate = jax.random.split(key, 4)
     population = state.genomes.shape[0]
-    children = population - config.elites
+    children = population - config.elites - config.challengers
     crossed = round(config.crossover_share * children)
 
     lineage = state.lineage.add(fitness, config.lineage_memory, evaluations)
     standing = lineage.standing(config.lineage_prior)
     elites = rank(standing)[: config.elites]
     elites = elites[rank(lineage.standing(config.champion_prior)[elites])]
+    promise = lineage.mean.at[elites].set(-jnp.inf)
+    survivors = jnp.concatenate([elites, rank(promise)[: config.challengers]])
     if config.selection == "tournament":
         selected = tournament(key_select, standing, children, config.tournament_size)
     else:
@@ -174,16 +196,14 @@ def next_generation(
     bounds = jnp.array([children, config.elites], jnp.int32)
     pairs = jax.random.randint(key_pair, (crossed, 2), 0, bounds[None], jnp.int32)
     partners, mates = selected[pairs[:, 0]], elites[pairs[:, 1]]
-    offspring = single_point(key_cross, state.genomes[mates], state.genomes[partners])
+    offspring = variation.crossover(key_cross, state.genomes[mates], state.genomes[partners])
     copies = selected[crossed:]
-    genomes, mutated = mutate(
-        key_mutate, jnp.concatenate([offspring, state.genomes[copies]]), config.mutation
-    )
+    genomes, mutated = variation.mutate(key_mutate, jnp.concatenate([offspring, state.genomes[copies]]))
     # A crossed child is new; a copy that mutation spared is its parent and keeps all it has earned.
     is_new = mutated | (jnp.arange(children) < crossed)
     inherited = lineage.pick(
         jnp.concatenate([partners, copies]), jnp.where(is_new, config.lineage_inheritance, 1.0)
     )
     return GeneticState(
-        jnp.concatenate([state.genomes[elites], genomes]), lineage.pick(elites).concatenate(inherited)
+        jnp.concatenate([state.genomes[survivors], genomes]), lineage.pick(survivors).concatenate(inherited)
     )

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import equinox as eqx
 import jax
@@ -66,6 +66,11 @@ class MemoryNetwork(eqx.Module):
         """An actor as a network without memory; its tanh is left to the team."""
         return cls(actor.network, None, actor.input_scaling)
 
+    def silent(self) -> "MemoryNetwork":
+        """The same, with outputs of 0 whatever it sees; only for one that ends in an `MLP`."""
+        assert isinstance(self.network, MLP)
+        return dataclasses.replace(self, network=self.network.silent())
+
     def initial_memory(self) -> Float[Array, " units"]:
         """What is remembered before the first step: nothing."""
         return jnp.zeros(self.unit.hidden_size if self.unit else 0)
@@ -81,13 +86,22 @@ class MemoryNetwork(eqx.Module):
         return self.network(seen), memory
 
 
-def initial_memories(networks: MemoryNetwork, n_agents: int) -> Float[Array, "agents units"]:
+@runtime_checkable
+class Remembers(Protocol):
+    """A network, or a selector, that carries something from step to step."""
+
+    def initial_memory(self) -> Float[Array, " units"]:
+        """What is remembered before the first step."""
+        ...
+
+
+def initial_memories(networks: Remembers, n_agents: int) -> Float[Array, "agents units"]:
     """Every agent's memory at the start of an episode.
 
     Args:
         networks: with a leading axis: one for each agent, or a single one that all share.
     """
-    memories = jax.vmap(MemoryNetwork.initial_memory)(networks)
+    memories = jax.vmap(lambda network: network.initial_memory())(networks)
     return jnp.broadcast_to(memories, (n_agents, memories.shape[1]))
 
 

@@ -60,6 +60,11 @@ class MLP(eqx.Module):
             start += inputs * outputs
         return cls(tuple(weights), tuple(jnp.zeros(size) for size in sizes[1:]))
 
+    def silent(self) -> "MLP":
+        """The same layers, but the last one's weights are 0, and so are all outputs."""
+        weights = (*self.weights[:-1], jnp.zeros_like(self.weights[-1]))
+        return MLP(weights, (*self.biases[:-1], jnp.zeros_like(self.biases[-1])))
+
     def __call__(self, x: Float[Array, " inputs"]) -> Float[Array, " outputs"]:
         *hidden, last = zip(self.weights, self.biases, strict=True)
         for weight, bias in hidden:

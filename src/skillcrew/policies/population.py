@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import jax
+import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float, Key
 
@@ -20,13 +21,15 @@ class GenomeCodec:
     Args:
         create: draws one network from a key.
         networks: how many an individual has.
+        alike: share of the individuals that are drawn with the same network for each agent.
     """
 
-    def __init__(self, create: Callable[[Key[Array, ""]], Individual], networks: int):
+    def __init__(self, create: Callable[[Key[Array, ""]], Individual], networks: int, alike: float = 0.0):
+        self._alike = alike
         self._create = create
         self.networks = networks
         shapes = jax.eval_shape(create, jax.random.key(0))
-        zeros = jax.tree.map(lambda leaf: jax.numpy.zeros(leaf.shape, leaf.dtype), shapes)
+        zeros = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
         flat, self._unravel = ravel_pytree(zeros)
         self.genes_per_network = flat.size
         self.n_genes = networks * flat.size
@@ -35,6 +38,9 @@ class GenomeCodec:
         """Draws the genomes of a random population."""
         keys = jax.random.split(key, (population, self.networks))
         flat = jax.vmap(jax.vmap(lambda k: ravel_pytree(self._create(k))[0]))(keys)
+        if self._alike:
+            is_alike = jnp.arange(population) < round(self._alike * population)
+            flat = jnp.where(is_alike[:, None, None], flat[:, :1], flat)
         return flat.reshape(population, self.n_genes)
 
     def encode(self, individual: Individual) -> Float[Array, " genes"]:

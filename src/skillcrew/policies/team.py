@@ -12,7 +12,7 @@ from skillcrew.envs.joint import join, part
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.dispatch import apply_skills
 from skillcrew.policies.memory import MemoryNetwork, for_each_agent, initial_memories
-from skillcrew.policies.selector import Selector
+from skillcrew.policies.selector import AnySelector
 
 
 @runtime_checkable
@@ -36,14 +36,14 @@ class Team(Protocol):
 class SkillTeam(eqx.Module):
     """Each agent's selector picks one of the skills that all agents share (Algorithm 2)."""
 
-    selectors: Selector
+    selectors: AnySelector
     """Leaves have a leading axis: one selector for each agent, or a single one that all share."""
     skills: Actor
     """Leaves have a leading skill axis."""
     n_agents: int = eqx.field(static=True)
 
     def initial_memory(self) -> Float[Array, "agents units"]:
-        return initial_memories(self.selectors.network, self.n_agents)
+        return initial_memories(self.selectors, self.n_agents)
 
     def act(
         self, observation: Float[Array, "agents obs"], memory: PyTree, key: Key[Array, ""]
@@ -56,7 +56,7 @@ class SkillTeam(eqx.Module):
         self, observation: Float[Array, "agents obs"], memory: Float[Array, "agents units"]
     ) -> tuple[Int[Array, " agents"], Float[Array, "agents units"]]:
         """Each agent's choice, and the new memory."""
-        return for_each_agent(Selector.__call__, self.selectors, observation, memory)
+        return for_each_agent(lambda selector, *seen: selector(*seen), self.selectors, observation, memory)
 
 
 class ActorTeam(eqx.Module):
