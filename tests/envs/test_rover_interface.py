@@ -21,7 +21,7 @@ from oracles.rover_cases import (
 )
 from oracles.rover_scene import Scene
 
-FEATURES = ["lone rover", "vanish 180", "vanish occluded 360", "groups breaking", "drawn persisting"]
+FEATURES = ["lone rover", "vanish 180", "vanish occluded 360", "drawn persisting"]
 TINY = Scene(n_agents=2, n_poi_types=1, sensor_resolution=360)
 DRAWN = Scene(n_agents=3, n_poi_types=1, pois_per_type=2, world_size=10.0)
 OPTIONS = Scene(n_agents=3, n_poi_types=3, order="drawn", poi_speed=0.5, breakdowns=2, episode_length=10)

@@ -67,7 +67,7 @@ CASES: dict[str, dict[str, Any]] = {
     ),
     "drawn persisting": dict(
         n_agents=2, n_poi_types=3, order="drawn", poi_speed=0.3, sensor_resolution=360, world_size=12.0,
-        observation_radius=9.0, team_reward="fraction",
+        observation_radius=9.0, team_reward="fraction", breakdowns=1,
     ),
 }  # fmt: skip
 
