@@ -37,8 +37,9 @@ class PhaseMutationConfig:
     teammate: float = 0.1
     """Probability that agents take over a teammate's timetable."""
     together: float = 0.5
-    """Probability that a change is the whole team's, where each agent has a timetable of its own; else it is
-    that of some of the agents."""
+    """Probability that a change is the whole team's, where each agent has a timetable of its own."""
+    group: float = 0.25
+    """Probability that it is that of all agents that follow the same; else it is a random part of the team's."""
     deviation: float = 0.4
     """Standard deviation of a change of length, in equal phases."""
     network: float = 0.5
@@ -49,6 +50,11 @@ class PhaseMutationConfig:
     """Largest share of its weights that change; each change draws its own share below it."""
 
     def __post_init__(self) -> None:
+        if self.together + self.group > 1:
+            raise UserError(
+                f"phases.together = {self.together} and phases.group = {self.group}: their sum is above 1; "
+                "lower one of them"
+            )
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if field.name in ("deviation", "network_deviation"):
@@ -101,6 +107,8 @@ class PhaseVariation:
     def _mutate(self, key: Key[Array, ""], genome: Float[Array, " genes"]) -> Float[Array, " genes"]:
         config = self.config
         timetables, weights = self._split(genome)
+        rows = genome.reshape(self.networks, -1)
+        kin = (rows[:, None] == rows[None]).all(2)
         operators: list[tuple[float, Callable]] = [
             (config.skill, lambda key, old: change_skills(key, old)),
             (config.copy, copy_neighbour),
@@ -112,28 +120,39 @@ class PhaseVariation:
         for probability, operator in operators:
             key, key_operator, key_who = jax.random.split(key, 3)
             changed = operator(key_operator, timetables)
-            who = self._who(key_who, probability)
+            who = self._who(key_who, probability, kin)
             timetables = _where(who, changed, timetables)
         key_who, key_mate, key_network = jax.random.split(key, 3)
         mate = jax.random.randint(key_mate, (), 0, self.networks)
-        who = self._who(key_who, config.teammate)
+        who = self._who(key_who, config.teammate, kin)
         timetables = _where(who, jax.tree.map(lambda leaf: leaf[mate][None], timetables), timetables)
         weights = jnp.where(who[:, None], weights[mate][None], weights)
         if weights.shape[1]:
-            weights = self._change_network(key_network, weights)
+            weights = self._change_network(key_network, weights, kin)
         return self._join(timetables, weights)
 
-    def _who(self, key: Key[Array, ""], probability: float) -> Bool[Array, " networks"]:
-        """Whose timetables an operator changes: nobody's, everybody's, or a random part of the team's."""
-        key_whether, key_all, key_share, key_each = jax.random.split(key, 4)
-        share = jax.random.uniform(key_share)
-        everybody = jax.random.bernoulli(key_all, self.config.together)
+    def _who(
+        self, key: Key[Array, ""], probability: float, kin: Bool[Array, "networks networks"]
+    ) -> Bool[Array, " networks"]:
+        """Whose timetables a change is: nobody's, everybody's, a group's, or a random part of the team's.
+
+        Args:
+            kin: who began with the same timetable as whom.
+        """
+        key_whether, key_scope, key_group, key_share, key_each = jax.random.split(key, 5)
+        scope = jax.random.uniform(key_scope)
+        together, group = self.config.together, self.config.together + self.config.group
         some = jax.random.uniform(key_each, (self.networks,))
-        some = (some < share) | (some == some.min())
-        return jax.random.bernoulli(key_whether, probability) & (everybody | some)
+        some = (some < jax.random.uniform(key_share)) | (some == some.min())
+        of_group = kin[jax.random.randint(key_group, (), 0, self.networks)]
+        who = jnp.where(scope < together, True, jnp.where(scope < group, of_group, some))
+        return who & jax.random.bernoulli(key_whether, probability)
 
     def _change_network(
-        self, key: Key[Array, ""], weights: Float[Array, "networks weights"]
+        self,
+        key: Key[Array, ""],
+        weights: Float[Array, "networks weights"],
+        kin: Bool[Array, "networks networks"],
     ) -> Float[Array, "networks weights"]:
         config = self.config
         key_who, key_share, key_which, key_noise = jax.random.split(key, 4)
@@ -141,7 +160,7 @@ class PhaseVariation:
         share = jnp.exp(jnp.log(config.network_share * count) * jax.random.uniform(key_share)) / count
         change = jax.random.bernoulli(key_which, share, (count,))
         noise = config.network_deviation * jax.random.normal(key_noise, (count,))
-        who = self._who(key_who, config.network)
+        who = self._who(key_who, config.network, kin)
         return jnp.where(who[:, None] & change, weights + noise, weights)
 
     def _split(self, genome: Float[Array, " genes"]) -> tuple[Timetables, Float[Array, "networks weights"]]:

@@ -6,7 +6,7 @@ from typing import TypeVar
 import jax
 import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Float, Int, Key
 
 Individual = TypeVar("Individual")
 
@@ -21,7 +21,7 @@ class GenomeCodec:
     Args:
         create: draws one network from a key.
         networks: how many an individual has.
-        alike: share of the individuals that are drawn with the same network for each agent.
+        alike: how likely the agents of a random individual are all alike; see `groups`.
     """
 
     def __init__(self, create: Callable[[Key[Array, ""]], Individual], networks: int, alike: float = 0.0):
@@ -39,8 +39,10 @@ class GenomeCodec:
         keys = jax.random.split(key, (population, self.networks))
         flat = jax.vmap(jax.vmap(lambda k: ravel_pytree(self._create(k))[0]))(keys)
         if self._alike:
-            is_alike = jnp.arange(population) < round(self._alike * population)
-            flat = jnp.where(is_alike[:, None, None], flat[:, :1], flat)
+            key_groups = jax.random.fold_in(key, population)
+            of_individual = jax.vmap(lambda k: groups(k, self.networks, self._alike))
+            group = of_individual(jax.random.split(key_groups, population))
+            flat = jnp.take_along_axis(flat, group[:, :, None], axis=1)
         return flat.reshape(population, self.n_genes)
 
     def encode(self, individual: Individual) -> Float[Array, " genes"]:
@@ -50,3 +52,15 @@ class GenomeCodec:
     def decode(self, genome: Float[Array, " genes"]) -> Individual:
         """The individual of one genome: its leaves have a leading axis of networks."""
         return jax.vmap(self._unravel)(genome.reshape(self.networks, self.genes_per_network))
+
+
+def groups(key: Key[Array, ""], members: int, alike: float) -> Int[Array, " members"]:
+    """Deals the members of a team out to groups, as evenly as can be; returns the group of each.
+
+    Args:
+        alike: probability of a single group; of two if not, and so on up to a group for each member.
+    """
+    key_number, key_deal = jax.random.split(key)
+    more = (1 - alike) ** jnp.arange(1, members)
+    number = 1 + (jax.random.uniform(key_number) < more).sum(dtype=jnp.int32)
+    return jax.random.permutation(key_deal, members) % number

@@ -20,7 +20,8 @@ class SelectorConfig(PolicyConfig):
     reactive: bool = False
     """With phases: whether the network may end a phase early or choose another skill. It begins silent."""
     alike: float = 0.0
-    """Share of the first teams whose agents all begin with the same selector, where each has its own."""
+    """Probability that the agents of a random team begin with one and the same selector, where each has its
+    own; if not, that there are two different ones among them, and so on. 0: each begins with another."""
     hold: int = 1
     """Least number of steps for which a choice is kept; 1 decides anew at every step."""
 
@@ -30,6 +31,8 @@ class SelectorConfig(PolicyConfig):
             raise UserError(f"phases = {self.phases}: give a number of phases, or 0 for no timetable")
         if self.reactive and not self.phases:
             raise UserError("reactive = True: there is no timetable to react on; set phases to at least 1")
+        if not 0 <= self.alike <= 1:
+            raise UserError(f"alike = {self.alike}: give a probability between 0 and 1")
         if self.hold < 1:
             raise UserError(f"hold = {self.hold}: give at least 1 step")
 
