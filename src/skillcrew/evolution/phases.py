@@ -39,7 +39,7 @@ class PhaseMutationConfig:
     together: float = 0.5
     """Probability that a change is the whole team's, where each agent has a timetable of its own."""
     group: float = 0.25
-    """Probability that it is that of all agents that follow the same; else it is a random part of the team's."""
+    """Probability that it is that of all agents that follow the same; else it is that of a random part."""
     deviation: float = 0.4
     """Standard deviation of a change of length, in equal phases."""
     network: float = 0.5
