@@ -1,0 +1,80 @@
+"""What the oracle of the Rover Domain works on: its rules, a state, and what a step returns."""
+
+import dataclasses
+
+import numpy as np
+
+
+@dataclasses.dataclass(frozen=True)
+class World:
+    """The rules of one Rover Domain."""
+
+    n_agents: int
+    poi_types: tuple[int, ...]
+    """The type of each POI, as an index."""
+    poi_values: tuple[float, ...]
+    """The value of each POI, V in equation 4.2."""
+    coupling: int
+    parents: tuple[tuple[int, ...], ...]
+    """For each type, the types to be observed before it."""
+    episode_length: int
+    world_size: float
+    bounded: bool
+    max_turn: float
+    max_speed: float
+    activation_distance: float
+    min_distance: float
+    closest_only: bool
+    """Whether a sector returns its strongest reflector alone, instead of the sum."""
+    n_sectors: int
+    radius: float | None
+    """How far a rover senses; None for no limit."""
+    vanish: bool
+    """Whether observed POIs leave the world."""
+    fraction: bool
+    """Whether the team is paid for each type, instead of once for all."""
+    groups: tuple[tuple[int, ...], ...] = ()
+    """Types that only count together."""
+    order_drawn: bool = False
+    cue: float = 1.0
+    """How many times as strongly the next type reflects, where the order is drawn."""
+    poi_speed: float = 0.0
+    breakdowns: int = 0
+    """How many rovers break down in an episode."""
+
+    @property
+    def n_types(self) -> int:
+        return len(self.parents)
+
+    @property
+    def n_pois(self) -> int:
+        return len(self.poi_types)
+
+
+@dataclasses.dataclass
+class State:
+    """Where everything is; float64 arrays."""
+
+    position: np.ndarray
+    heading: np.ndarray
+    poi_position: np.ndarray
+    observed: np.ndarray
+    time: int
+    poi_direction: np.ndarray | None = None
+    """A vector of length 1 for each POI, where POIs move."""
+    order: np.ndarray | None = None
+    """Each type's place, where the order is drawn."""
+    breaks_at: np.ndarray | None = None
+    """The step from which on each rover is broken, where rovers break down."""
+
+
+@dataclasses.dataclass
+class Outcome:
+    """What one step returns beside the new state."""
+
+    observation: np.ndarray
+    local_rewards: dict[str, np.ndarray]
+    """Per skill's name, one reward per agent."""
+    team_reward: float
+    terminated: bool
+    truncated: bool
