@@ -11,9 +11,11 @@ from skillcrew.algorithms.independent import (
     IndependentTD3Config,
 )
 from skillcrew.algorithms.madys import MADyS, MADySConfig
+from skillcrew.algorithms.madys_es import MADySES, MADySESConfig
 from skillcrew.algorithms.madys_plus import MADySPlus, MADySPlusConfig
 from skillcrew.algorithms.merl import MERL, MERLConfig
 from skillcrew.algorithms.mfl import MFL, MFLConfig
+from skillcrew.algorithms.open_loop import OpenLoop, OpenLoopConfig
 from skillcrew.algorithms.registry import make_algorithm
 from skillcrew.algorithms.team_search import RaceConfig
 from skillcrew.envs.environment import Environment, TimeStep
@@ -25,6 +27,7 @@ from skillcrew.evolution.evosax_bridge import EvosaxConfig
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.evolution.hall_of_fame import HallOfFameConfig
 from skillcrew.evolution.mutation import MutationConfig
+from skillcrew.evolution.phases import PhaseMutationConfig
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.run import Evaluation, Run, train
 from skillcrew.experiment.runner import Interrupted
@@ -33,6 +36,7 @@ from skillcrew.learners.resource_manager import ResourceConfig
 from skillcrew.learners.td3 import TD3, TD3Config
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
+from skillcrew.policies.selector import SelectorConfig
 from skillcrew.policies.team import Team
 
 __all__ = [
@@ -60,18 +64,24 @@ __all__ = [
     "Interrupted",
     "MADyS",
     "MADySConfig",
+    "MADySES",
+    "MADySESConfig",
     "MADySPlus",
     "MADySPlusConfig",
     "MERLConfig",
     "MFLConfig",
     "MutationConfig",
     "NetworkConfig",
+    "OpenLoop",
+    "OpenLoopConfig",
+    "PhaseMutationConfig",
     "PlateauConfig",
     "PolicyConfig",
     "RaceConfig",
     "ResourceConfig",
     "RoverConfig",
     "Run",
+    "SelectorConfig",
     "StrategyConfig",
     "TD3Config",
     "Team",

@@ -65,7 +65,8 @@ def test_sizes_and_names_are_those_of_the_arrays(case: str) -> None:
     )
     assert after == state
     assert (env.n_agents, env.episode_length) == (world.n_agents, world.episode_length)
-    assert observation.shape == (world.n_agents, world.n_sectors * (1 + world.n_types))
+    calls = world.n_types if world.order_drawn else 0
+    assert observation.shape == (world.n_agents, world.n_sectors * (1 + world.n_types) + calls)
     assert step.observation.shape == observation.shape == (env.n_agents, env.observation_size)
     assert step.local_rewards.shape == (world.n_agents, len(env.skills))
     assert (step.team_reward.shape, step.terminated.shape, step.truncated.shape) == ((), (), ())

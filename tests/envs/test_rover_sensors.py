@@ -16,9 +16,9 @@ OCCLUDED = Scene(n_agents=3, n_poi_types=1, pois_per_type=3, poi_values=(3.0,), 
 SHORT = Scene(n_poi_types=2, poi_values=(3.0, 5.0), observation_radius=4.0)
 VANISHING = Scene(n_poi_types=2, pois_per_type=2, poi_values=(3.0, 5.0), observed_pois="vanish")
 PERSISTING = Scene(n_poi_types=2, pois_per_type=2, poi_values=(3.0, 5.0))
-DRAWN = Scene(n_poi_types=3, pois_per_type=2, poi_values=(3.0, 5.0, 7.0), order="drawn", cue=20.0)
+DRAWN = Scene(n_poi_types=3, pois_per_type=2, poi_values=(3.0, 5.0, 7.0), order="drawn")
 FRAIL = Scene(n_agents=3, n_poi_types=1, breakdowns=2)
-WIDE = Scene(n_poi_types=2, order="drawn")
+CALLED = Scene(n_agents=2, n_poi_types=2, order="drawn")
 
 
 @pytest.mark.parametrize("offset, sector", [((3, 0), 0), ((0, 3), 1), ((-3, 0), 2), ((0, -3), 3)])
@@ -109,29 +109,29 @@ def test_each_rover_senses_from_where_the_step_took_it() -> None:
     assert (np.abs(np.asarray(state.position)[:2] - rovers[:2]).max(1) > 0.3).all()
 
 
-@pytest.mark.parametrize("done, cued", [("", 1), ("B", 2), ("C", 1), ("BC", 0), ("AB", 2), ("ABC", None)])
-def test_the_next_type_is_cued_with_all_its_pois_and_no_other(done: str, cued: int | None) -> None:
+@pytest.mark.parametrize(
+    "done, next_type", [("", 1), ("B", 2), ("C", 1), ("BC", 0), ("AB", 2), ("ABC", None)]
+)
+def test_the_next_type_calls_and_no_other(done: str, next_type: int | None) -> None:
     near, far = around(HERE, 20, 2.5), around(HERE, 100, 5.0)
     state = DRAWN.state(HERE, [near, far] * 3, observed=[name in done for name in "AABBCC"], order=[2, 0, 1])
-    cells = DRAWN.sensed(state)
-    for kind, value in enumerate((3.0, 5.0, 7.0)):
-        strength = value * (20 if kind == cued else 1)
-        np.testing.assert_allclose(cells[:2, 1 + kind], [strength / 2.5**2, strength / 25], rtol=1e-5)
+    assert DRAWN.heard(state) == [float(kind == next_type) for kind in range(3)]
+    np.testing.assert_allclose(DRAWN.sensed(state)[0, 1:], np.array([3.0, 5.0, 7.0]) / 2.5**2, rtol=1e-5)
 
 
-def test_the_cue_moves_on_in_the_step_in_which_a_type_is_observed() -> None:
+def test_the_call_moves_on_in_the_step_in_which_a_type_is_observed() -> None:
     state = DRAWN.state(HERE, [HERE, FAR, HERE, FAR, HERE, FAR], order=[2, 0, 1])
-    cues = []
+    calls = []
     for _ in range(3):
         state, step = DRAWN.step(state)
-        cues.append(np.asarray(step.observation[0, 1:4]).tolist())
-    np.testing.assert_allclose(cues, [[3.0, 5.0, 140.0], [60.0, 5.0, 7.0], [3.0, 5.0, 7.0]], rtol=1e-5)
+        calls.append(np.asarray(step.observation[0, -3:]).tolist())
+    assert calls == [[0, 0, 1], [1, 0, 0], [0, 0, 0]]
 
 
-def test_anywhere_in_the_square_the_cued_type_is_the_strongest_reading() -> None:
-    state = WIDE.state((0.0, 0.0), [(20.0, 20.0), (0.0, 0.0)], observed=[False, False], order=[0, 1])
-    cells = WIDE.sensed(state)
-    assert cells[:, 1].max() > cells[:, 2].max() == 1.0
+def test_every_rover_hears_the_call_and_without_a_drawn_order_there_is_none() -> None:
+    _, step = CALLED.step(CALLED.state([HERE, HERE], [FAR, FAR], order=[1, 0]))
+    assert np.asarray(step.observation)[:, -2:].tolist() == [[0, 1], [0, 1]]
+    assert CALLED.env.observation_size == LONE.env.observation_size + 2
 
 
 @pytest.mark.parametrize("time, others", [(3, [2, 2, 2]), (4, [1, 2, 1]), (8, [0, 1, 1])])

@@ -11,7 +11,6 @@ from skillcrew.algorithms.team_search import RaceConfig
 from skillcrew.envs.presets import PRESETS
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.config import RunConfig, algorithm_from_yaml, from_yaml, to_yaml
-from skillcrew.policies.memory import PolicyConfig
 
 
 @pytest.fixture
@@ -54,11 +53,9 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
         **{"episode_length": 33, "world_size": 12.5, "bounded": True, "max_turn": 1.0, "max_speed": 0.5},
         **{"activation_distance": 3.0, "min_distance": 0.25, "sensor": "closest", "sensor_resolution": 45},
         **{"observation_radius": 9.0, "observed_pois": "vanish", "team_reward": "fraction"},
-        **{"breakdowns": 1, "simultaneous": (("A", "B"),), "cue": 30.0, "poi_speed": 0.5},
+        **{"breakdowns": 1, "simultaneous": (("A", "B"),), "poi_speed": 0.5},
     )
-    evolution = sc.EvolutionConfig(
-        3, "proportional", 5, 0.25, 4.0, 1.5, 7.0, 0.5, altered(sc.MutationConfig())
-    )
+    evolution = altered(sc.EvolutionConfig(), selection="proportional", crossover_share=0.25)
     algorithm = sc.MADyS(
         env,
         sc.MADySConfig(
@@ -73,8 +70,12 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
                 "buffer_capacity": 31_337,
                 "skills": ("go_to_agent", "go_to_poi_D"),
             },
-            selector=altered(PolicyConfig(), hidden=(5,), input_scaling="none", sharing="team"),
-            evolution=dataclasses.replace(evolution, mutation=altered(evolution.mutation, kind="gaussian")),
+            selector=altered(sc.SelectorConfig(), hidden=(5,), input_scaling="none", sharing="team"),
+            evolution=dataclasses.replace(
+                evolution,
+                mutation=altered(evolution.mutation, kind="gaussian"),
+                phases=altered(evolution.phases),
+            ),
             learner=altered(sc.TD3Config(), network=sc.NetworkConfig((6, 7, 8), "none")),
             plateau=altered(sc.PlateauConfig()),
             strategy=altered(StrategyConfig()),
@@ -107,7 +108,8 @@ SEARCH = {
     "episodes": 7,
     "race": RaceConfig(9, 11),
 }
-REMEMBERING = PolicyConfig((5, 9), "none", 4, "team")
+REMEMBERING = sc.PolicyConfig((5, 9), "none", 4, "team")
+COMMITTED = sc.SelectorConfig((5, 9), "none", 4, "team", 6, True, 0.5, 2)
 
 
 @pytest.mark.parametrize(
@@ -122,9 +124,9 @@ REMEMBERING = PolicyConfig((5, 9), "none", 4, "team")
             },
         ),
         ("madys", {"evolver": "sep_cma_es", "evosax": sc.EvosaxConfig(0.25, 0.5, 3.0)}),
-        ("madys", {**SEARCH, "selector": REMEMBERING, "recorded_episodes": 2}),
+        ("madys", {**SEARCH, "selector": COMMITTED, "recorded_episodes": 2}),
         ("mfl", {}),
-        ("mfl", {**SEARCH, "selector": REMEMBERING, "pretraining_steps": 999, "exploration_change": 0.375}),
+        ("mfl", {**SEARCH, "selector": COMMITTED, "pretraining_steps": 999, "exploration_change": 0.375}),
         ("ea", {}),
         ("ea", {**SEARCH, "actor": REMEMBERING}),
         ("merl", {"sharing": "agent", "reward": "go_to_poi_B+go_to_agent", "migration_period": 7}),

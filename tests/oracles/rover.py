@@ -48,7 +48,7 @@ def strength_of(world: World, value: float, distance: float) -> float:
 
 
 def observation_of(world: World, state: State, agent: int) -> np.ndarray:
-    """Sector after sector; in each the rovers' channel, then one per POI type."""
+    """Sector after sector; in each the rovers' channel, then one per POI type; then who calls, if any may."""
     here, heading = state.position[agent], state.heading[agent]
     cells = np.zeros((world.n_sectors, 1 + world.n_types))
     for other in range(world.n_agents):
@@ -62,12 +62,11 @@ def observation_of(world: World, state: State, agent: int) -> np.ndarray:
             continue
         there = state.poi_position[poi]
         value = world.poi_values[poi]
-        if world.poi_types[poi] == next_type(world, state):
-            value *= world.cue
         strength = strength_of(world, value, distance_between(here, there))
         sector = sector_of(world, here, heading, there)
         add_reflection(world, cells, sector, 1 + world.poi_types[poi], strength)
-    return cells.reshape(-1)
+    calls = [kind == next_type(world, state) for kind in range(world.n_types)] if world.order_drawn else []
+    return np.concatenate([cells.reshape(-1), np.array(calls, float)])
 
 
 def observe(world: World, state: State) -> np.ndarray:

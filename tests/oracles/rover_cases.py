@@ -23,7 +23,7 @@ DEFAULTS: dict[str, Any] = dict(
     episode_length=50, world_size=20.0, bounded=False, max_turn=math.pi, max_speed=1.0,
     activation_distance=2.0, min_distance=1.0, sensor="density", sensor_resolution=90,
     observation_radius=None, observed_pois="persist", team_reward="binary", simultaneous=(), order="fixed",
-    cue=1000.0, poi_speed=0.0, breakdowns=0,
+    poi_speed=0.0, breakdowns=0,
 )  # fmt: skip
 
 # Counts differ from one another wherever they can, so that no two axes can be mistaken for each other.
@@ -61,7 +61,7 @@ CASES: dict[str, dict[str, Any]] = {
         breakdowns=3, bounded=True, team_reward="fraction", world_size=10.0, observation_radius=7.0,
     ),
     "drawn": dict(
-        n_agents=3, n_poi_types=3, pois_per_type=2, poi_values=(0.5, 2.0, 1.0), order="drawn", cue=40.0,
+        n_agents=3, n_poi_types=3, pois_per_type=2, poi_values=(0.5, 2.0, 1.0), order="drawn",
         breakdowns=1, poi_speed=6.0, spatial_coupling=2, sensor="closest", observed_pois="vanish",
         world_size=6.0, sensor_resolution=120,
     ),
@@ -131,7 +131,6 @@ def oracle_world(**fields: Any) -> rover.World:
         fraction=given["team_reward"] == "fraction",
         groups=groups,
         order_drawn=given["order"] == "drawn",
-        cue=given["cue"],
         poi_speed=given["poi_speed"],
         breakdowns=given["breakdowns"],
     )

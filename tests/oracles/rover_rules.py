@@ -36,8 +36,6 @@ class World:
     groups: tuple[tuple[int, ...], ...] = ()
     """Types that only count together."""
     order_drawn: bool = False
-    cue: float = 1.0
-    """How many times as strongly the next type reflects, where the order is drawn."""
     poi_speed: float = 0.0
     breakdowns: int = 0
     """How many rovers break down in an episode."""

@@ -64,8 +64,16 @@ class Scene:
 
     def sensed(self, state: RoverState, agent: int = 0) -> np.ndarray:
         """What one rover senses after a step in which all stood: sectors, channels."""
+        return self._after_standing(state, agent)[0].reshape(self.world.n_sectors, -1)
+
+    def heard(self, state: RoverState, agent: int = 0) -> list[float]:
+        """What one rover hears of each type after such a step."""
+        return self._after_standing(state, agent)[1].tolist()
+
+    def _after_standing(self, state: RoverState, agent: int) -> tuple[np.ndarray, np.ndarray]:
         _, step = self.step(state)
-        return np.asarray(step.observation[agent]).reshape(self.world.n_sectors, -1)
+        channels = self.world.n_sectors * (1 + self.world.n_types)
+        return tuple(np.split(np.asarray(step.observation[agent]), [channels]))
 
     def rewards(self, step: TimeStep, skill: str) -> list[float]:
         """One reward per rover."""

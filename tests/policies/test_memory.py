@@ -166,7 +166,7 @@ def test_a_team_has_a_network_for_each_agent_or_one() -> None:
     [
         ({"memory": -1}, ["memory = -1", "give a number of units, or 0 for no memory"]),
         ({"sharing": "teem"}, ["sharing 'teem'", "nearest first: team, agent"]),
-        ({"hidden": ()}, ["hidden = ()", "at least one layer"]),
+        ({"hidden": (0,)}, ["hidden = (0,)", "at least 1 unit"]),
         ({"input_scaling": "root"}, ["input_scaling 'root'", "sqrt", "none"]),
     ],
 )

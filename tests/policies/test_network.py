@@ -70,7 +70,7 @@ def test_layers_have_their_sizes_and_weights_their_deviations() -> None:
     assert len(np.unique(drawn.round(6))) > 0.9 * drawn.size
 
 
-@pytest.mark.parametrize("hidden", [(), (8, 0), (-3,), (2.5,)])
+@pytest.mark.parametrize("hidden", [(8, 0), (-3,), (2.5,)])
 def test_impossible_layers_are_refused(hidden) -> None:
     assert f"hidden = {hidden}" in refusal(unhooked(network).NetworkConfig, hidden=hidden)
 

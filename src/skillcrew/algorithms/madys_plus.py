@@ -1,10 +1,9 @@
-"""MADyS in our best form: one remembering selector for the whole team, moved by an evolution strategy."""
+"""MADyS in our best form: selectors that commit to phases and may react to what they sense."""
 
 import dataclasses
-from typing import Literal
 
 from skillcrew.algorithms.madys import MADyS, MADySConfig
-from skillcrew.algorithms.team_search import EvolverName
+from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.policies.selector import SelectorConfig
 
 
@@ -12,30 +11,30 @@ from skillcrew.policies.selector import SelectorConfig
 class MADySPlusConfig(MADySConfig):
     """Options of MADyS, with other defaults."""
 
-    population: int = 128
+    population: int = 100
     """Teams."""
-    episodes: int = 10
+    episodes: int = 4
     """Evaluation episodes per team and generation."""
-    episodes_shared_by: Literal["population", "pair"] = "pair"
-    """Who meets the same episodes; see `SearchConfig`. Of four seeds of rover-t2-c1, one or two stayed at the
-    success of a team that only ever goes to B (0.1) where all teams met the same ten episodes, also with
-    twice to four times the deviation and larger steps; none where each pair met its own and stalled
-    searches began anew."""
-    evolver: EvolverName = "strategy"
-    """What the next generation is made by. Where one success in fifty episodes is all there is at first, as
-    in rover-t3-c3, a genetic algorithm breeds the lucky; here every episode moves the one mean a little."""
-    selector: SelectorConfig = dataclasses.field(
-        default_factory=lambda: SelectorConfig(memory=16, sharing="team")
+    fitness_discount: float = 1.0
+    """Discount per step of the team reward in a team's fitness; see `SearchConfig`. Below 1, of two teams the
+    quicker one wins although it succeeds less often."""
+    evolution: EvolutionConfig = dataclasses.field(
+        default_factory=lambda: EvolutionConfig(elites=10, challengers=20)
     )
-    """One selector with memory for all agents: a memoryless one can only guess which POIs are done."""
+    """How the genetic algorithm breeds."""
+    selector: SelectorConfig = dataclasses.field(
+        default_factory=lambda: SelectorConfig(hidden=(), phases=12, reactive=True, alike=0.5)
+    )
+    """A timetable for each agent, and a linear map of what it senses that may intervene. Half of the first
+    teams are of one mind, the others of several."""
     recorded_episodes: int | None = 1
     """Episodes of each team and generation that enter the buffer: there are more teams than skills need."""
     updates: int = 200
-    """Critic updates per skill and generation; a generation is six times as long as the default's."""
+    """Critic updates per skill and generation; a generation is longer than the default's."""
 
 
 class MADySPlus(MADyS):
-    """MADyS in our best form: one selector with memory for the whole team, moved by an evolution strategy.
+    """MADyS in our best form: a timetable for each agent, which may react to what it senses.
 
     The same step as MADyS, on the same rewards; other defaults.
     """

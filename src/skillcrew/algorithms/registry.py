@@ -9,15 +9,20 @@ from skillcrew.algorithms.ea import EA
 from skillcrew.algorithms.erl import ERL
 from skillcrew.algorithms.independent import IndependentDDPG, IndependentTD3
 from skillcrew.algorithms.madys import MADyS
+from skillcrew.algorithms.madys_es import MADySES
 from skillcrew.algorithms.madys_plus import MADySPlus
 from skillcrew.algorithms.merl import MERL
 from skillcrew.algorithms.mfl import MFL
+from skillcrew.algorithms.open_loop import OpenLoop
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import unknown_name
 
 ALGORITHMS: dict[str, Any] = {
     kind.name: kind
-    for kind in (MADyS, MADySPlus, MFL, EA, CCEA, MERL, ERL, CERL, IndependentTD3, IndependentDDPG)
+    for kind in (
+        *(MADyS, MADySPlus, MADySES, OpenLoop, MFL),
+        *(EA, CCEA, MERL, ERL, CERL, IndependentTD3, IndependentDDPG),
+    )
 }
 """Each class has `name`, `config_class`, and is made from an environment and a configuration."""
 

@@ -26,10 +26,12 @@ class SkillTeamsConfig(SearchConfig, SkillConfig):
     """Options of the search for selectors, and of the skills."""
 
     selector: SelectorConfig = dataclasses.field(default_factory=SelectorConfig)
-    """The selectors' network. Evolved on the same trained skills of rover-t2-c1 for 1 M steps (20 runs
+    """The selectors. Evolved on the same trained skills of rover-t2-c1 for 1 M steps (20 runs
     each), champions solved 0.95 with one hidden layer of 16 units and 0.94 with one of 64."""
 
     def __post_init__(self) -> None:
+        # A `PolicyConfig` was all that there was to say of a selector once.
+        object.__setattr__(self, "selector", SelectorConfig.of(self.selector))
         SearchConfig.__post_init__(self)
         SkillConfig.__post_init__(self)
         self.check_episodes(self.episodes)

@@ -44,7 +44,7 @@ class PhaseMutationConfig:
     """Standard deviation of a change of length, in equal phases."""
     network: float = 0.5
     """Probability that the network of a reactive selector changes."""
-    network_deviation: float = 0.3
+    network_deviation: float = 1.0
     """Standard deviation of a change of one of its weights."""
     network_share: float = 0.1
     """Largest share of its weights that change; each change draws its own share below it."""

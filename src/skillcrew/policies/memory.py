@@ -20,7 +20,7 @@ class PolicyConfig(NetworkConfig):
     """Size, input, memory and sharing of the networks that evolve."""
 
     hidden: tuple[int, ...] = (16,)
-    """Units of each hidden layer (rectified linear)."""
+    """Units of each hidden layer (rectified linear); none for a linear map."""
     memory: int = 0
     """Units of a gated recurrent unit (GRU; Cho et al. 2014) that carries what was seen from step to step;
     0 is a feed-forward network, which knows the present observation alone."""

@@ -19,14 +19,14 @@ class NetworkConfig:
     """Size and input of a feed-forward network."""
 
     hidden: tuple[int, ...] = (64, 64)
-    """Units of each hidden layer (rectified linear)."""
+    """Units of each hidden layer (rectified linear); none for a linear map."""
     input_scaling: InputScaling = "sqrt"
     """"sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ and beat logarithms and raw
     inputs when selectors were evolved on them. "none": as it comes."""
 
     def __post_init__(self) -> None:
-        if not self.hidden or any(not isinstance(size, int) or size < 1 for size in self.hidden):
-            raise UserError(f"hidden = {self.hidden}: give at least one layer, each of at least 1 unit")
+        if any(not isinstance(size, int) or size < 1 for size in self.hidden):
+            raise UserError(f"hidden = {self.hidden}: give each layer at least 1 unit, or no layer at all")
         if self.input_scaling not in ("sqrt", "none"):
             raise unknown_name("input_scaling", str(self.input_scaling), ("sqrt", "none"))
 

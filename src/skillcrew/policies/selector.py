@@ -36,6 +36,11 @@ class SelectorConfig(PolicyConfig):
         if self.hold < 1:
             raise UserError(f"hold = {self.hold}: give at least 1 step")
 
+    @classmethod
+    def of(cls, policy: PolicyConfig) -> "SelectorConfig":
+        """A selector that decides at every step, by such a network; a `SelectorConfig` stays what it is."""
+        return policy if isinstance(policy, cls) else cls(**dataclasses.asdict(policy))
+
     def check_episode(self, episode_length: int) -> None:
         """Raises `UserError` if an episode of so many steps has no room for the phases."""
         if self.phases > episode_length:

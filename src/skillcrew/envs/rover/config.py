@@ -43,11 +43,8 @@ class RoverConfig:
     """Groups of types that count only when all types of the group are observed in the same step.
     The default chain then goes from group to group, in the order of their first types."""
     order: Literal["fixed", "drawn"] = "fixed"
-    """"drawn": each episode draws in which order the types must be observed, and only sensors tell it."""
-    cue: float = 1000.0
-    """How many times as strongly the next type of a drawn order reflects. With values of 1, a POI that is
-    not cued reads at most 1 (`min_distance` 1), one that is cued at least 1000/28² > 1 anywhere in the
-    square of 20 m: the next type is always the strongest reading."""
+    """"drawn": each episode draws in which order the types must be observed, and only sensors tell it: the
+    next type calls. Every rover hears it, as one more reading per type: 1 for the type that calls, else 0."""
     episode_length: int = 50
     """Steps until an unfinished episode is truncated."""
     world_size: float = 20.0
@@ -137,7 +134,6 @@ class RoverConfig:
                 raise UserError(f"{field} = {value!r}: give a whole number of at least 1")
         for field in ("world_size", "max_turn", "max_speed", "activation_distance", "min_distance"):
             _check_positive(field, getattr(self, field))
-        _check_positive("cue", self.cue)
         _check_speed("poi_speed", self.poi_speed, self.world_size)
         if self.observation_radius is not None:
             _check_positive("observation_radius", self.observation_radius)

@@ -14,8 +14,6 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 PerRover = Float[Array, "agents *worlds"]
-Value = float | Float[Array, "one *worlds"]
-"""How strongly a target reflects: V in equation 4.2, the same in all worlds or not."""
 
 
 def sector_borders(n_sectors: int) -> list[tuple[float, float]]:
@@ -85,7 +83,7 @@ class Reflections:
 
     def channel(
         self,
-        reflectors: Iterable[tuple[PerRover, PerRover, Value, Bool[Array, "..."] | None]],
+        reflectors: Iterable[tuple[PerRover, PerRover, float, Bool[Array, "..."] | None]],
     ) -> list[PerRover]:
         """The channel's reading in each sector: Σ V/δ², or max V/δ² if occluded (eq. 4.1, 4.2).
 
@@ -101,7 +99,7 @@ class Reflections:
         ]
 
     def _per_sector(
-        self, dx: PerRover, dy: PerRover, value: Value, visible: Bool[Array, "..."] | None
+        self, dx: PerRover, dy: PerRover, value: float, visible: Bool[Array, "..."] | None
     ) -> list[PerRover]:
         squared = dx * dx + dy * dy
         strength = value / jnp.maximum(squared, self._min_squared)

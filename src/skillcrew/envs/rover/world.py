@@ -11,7 +11,7 @@ from skillcrew.envs.environment import Environment, TimeStep
 from skillcrew.envs.rover import coupling, rewards
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.motion import Direction, direction_of, moved
-from skillcrew.envs.rover.sensors import Reflections, Value
+from skillcrew.envs.rover.sensors import Reflections
 from skillcrew.envs.rover.state import RoverState, draw_state
 
 
@@ -28,7 +28,8 @@ class RoverDomain(Environment):
         self.name = name
         self.n_agents = config.n_agents
         self.n_sectors = 360 // config.sensor_resolution
-        self.observation_size = self.n_sectors * (1 + config.n_poi_types)
+        calls = config.n_poi_types if config.order == "drawn" else 0
+        self.observation_size = self.n_sectors * (1 + config.n_poi_types) + calls
         self.action_size = 2
         self.episode_length = config.episode_length
         self.skills = rewards.skill_names(config.type_names, config.n_agents)
@@ -126,18 +127,16 @@ class RoverDomain(Environment):
         working = state.working()
         return others if working is None else others & working[None, other]
 
-    def _values(self, state: RoverState) -> list[Value]:
-        """V of each type's POIs in the sensors; of a drawn order, the next type is cued."""
-        values = self.config.values
+    def _calls(self, state: RoverState, like: Float[Array, "agents *worlds"]) -> list[Array]:
+        """What rovers hear of each type, if the order is drawn: 1 if it is the next, else 0."""
         if state.order is None:
-            return list(values)
+            return []
         done = coupling.types_observed(state.observed, self.config.pois_per_type)
-        is_next = coupling.next_in_order(done, state.order)
-        cue = self.config.cue
-        return [jnp.where(is_next[None, kind], value * cue, value) for kind, value in enumerate(values)]
+        is_next = coupling.next_in_order(done, state.order).astype(like.dtype)
+        return [jnp.broadcast_to(calls, like.shape) for calls in is_next]
 
     def _observe(self, state: RoverState, direction: Direction) -> Float[Array, "agents obs *worlds"]:
-        """Sector-major: for each sector the rover channel, then one channel per POI type."""
+        """Sector-major: for each sector the rover channel, then one channel per POI type; then the calls."""
         config = self.config
         reflections = Reflections(
             direction,
@@ -152,7 +151,7 @@ class RoverDomain(Environment):
         ]
         channels = [reflections.channel(rovers if self.n_agents > 1 else [])]
         vanish = config.observed_pois == "vanish"
-        for poi_type, value in enumerate(self._values(state)):
+        for poi_type, value in enumerate(config.values):
             first = poi_type * config.pois_per_type
             channels.append(
                 reflections.channel(
@@ -165,7 +164,7 @@ class RoverDomain(Environment):
                 )
             )
         readings = [channel[q] for q in range(self.n_sectors) for channel in channels]
-        return jnp.stack(readings, axis=1)
+        return jnp.stack([*readings, *self._calls(state, like=readings[0])], axis=1)
 
 
 def _offsets(
