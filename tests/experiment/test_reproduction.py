@@ -13,14 +13,16 @@ from skillcrew.experiment import reproduction
 from skillcrew.experiment.config import RunConfig, from_yaml
 from skillcrew.experiment.reproduction import (
     FIGURES,
-    METHODS,
+    OF_THE_THESIS,
     SEEDS,
+    SETS,
     STEPS,
     figures_of,
     plan,
+    steps_of,
 )
 
-METHODS_OF_THE_THESIS = ("madys", "mfl", "ea")
+METHODS = ("madys", "mfl", "ea", "madys-es", "madys-plus", "open-loop")
 
 
 @pytest.fixture(scope="module")
@@ -32,27 +34,47 @@ def test_the_six_configurations_of_the_thesis_with_every_method(everything):
     pairs = [(one.environment, one.method) for one in everything]
     environments = [f"rover-t{types}-c{coupling}" for types in (2, 3) for coupling in (1, 2, 3)]
     assert pairs == [(name, method) for name in environments for method in METHODS]
-    assert len({one.name for one in everything}) == len(everything) == 24
+    assert len({one.name for one in everything}) == len(everything) == 36
     for one in everything:
         assert one.algorithm.name == one.method
         assert one.algorithm.env.name == one.environment
         assert one.algorithm.env.config == PRESETS[one.environment]
-        assert one.config == RunConfig(seeds=(2000, 2001, 2002, 2003, 2004), steps=STEPS[one.environment])
+        steps = steps_of(one.environment)[one.method]
+        assert one.config == RunConfig(seeds=(2000, 2001, 2002, 2003, 2004), steps=steps)
         # Nothing but the length of a pre-training ever differs from the defaults.
         assert one.algorithm.config == ALGORITHMS[one.method].config_class()
 
 
 def test_a_figure_has_its_environments(everything):
     assert figures_of("all") == ("fig-4.2", "fig-4.3")
-    names = [[one.name for one in plan(figures_of(figure))] for figure in FIGURES]
-    assert [len(part) for part in names] == [12, 12]
+    names = [[one.name for one in plan(figures_of(figure))] for figure in figures_of("all")]
+    assert [len(part) for part in names] == [18, 18]
     assert names[0] + names[1] == [one.name for one in everything]
     assert all(name.startswith("rover-t2") for name in names[0])
 
 
+def test_every_figure_is_in_one_set_and_every_preset_in_one_figure():
+    assert sorted(figure for figures in SETS.values() for figure in figures) == sorted(FIGURES)
+    shown = [environment for environments in FIGURES.values() for environment in environments]
+    # Without an order of types there is nothing to commit to.
+    assert sorted(shown) == sorted(STEPS) == sorted(set(PRESETS) - {"rover-t1-c3"})
+
+
+def test_beyond_the_thesis_timetables_stand_alone_and_shared_beside_our_best_form():
+    runs = plan(figures_of("frontier"))
+    for one in runs:
+        expected = {"madys-plus": (True, "agent"), "open-loop": (False, "agent")}
+        expected["open-loop-team"] = (False, "team")
+        selector = one.algorithm.config.selector
+        assert (selector.reactive, selector.sharing) == expected[one.method], one.name
+    best = steps_of("rover-t6-c3")
+    assert (best["madys-plus"], best["open-loop"]) == (40_000_000, 10_000_000)
+    assert len({one.label for one in runs}) == 3, "legends must tell them apart"
+
+
 def test_the_thesis_form_has_a_feed_forward_network_for_each_agent(everything):
     for one in everything:
-        if one.method in METHODS_OF_THE_THESIS:
+        if one.method in OF_THE_THESIS:
             policy = getattr(one.algorithm.config, "selector", None) or one.algorithm.config.actor
             assert (policy.memory, policy.sharing) == (0, "agent"), one.name
 
@@ -62,10 +84,10 @@ def test_an_unknown_figure_lists_what_there_is():
         figures_of("fig-4.4")
     line = str(caught.value)
     assert line.startswith("unknown figure 'fig-4.4'; valid, nearest first: fig-4.2, fig-4.3, ")
-    assert all(name in line for name in (*STEPS, "all"))
+    assert all(name in line for name in (*STEPS, *FIGURES, *SETS))
 
 
-@pytest.mark.parametrize("environment", STEPS)
+@pytest.mark.parametrize("environment", [name for figure in SETS["all"] for name in FIGURES[figure]])
 def test_an_environment_is_a_figure_of_its_own(environment, everything):
     """With the very runs that the thesis's figure has there."""
     alone = plan(figures_of(environment))
@@ -96,8 +118,9 @@ def test_a_tiny_budget_still_lets_every_method_live():
         if one.method != "ea":
             assert one.algorithm.config.plateau.latest == 2
     # The floor is for the small ones alone.
-    steps = {one.environment: one.config.steps for one in plan(["fig-4.2"], budget=0.03)}
-    assert steps == {"rover-t2-c1": 200_000, "rover-t2-c2": 480_000, "rover-t2-c3": 360_000}
+    steps = {one.name: one.config.steps for one in plan(["rover-t3-c3"], budget=0.03)}
+    assert steps["rover-t3-c3-madys"] == 300_000 and steps["rover-t3-c3-madys-es"] == 720_000
+    assert steps["rover-t3-c3-madys-plus"] == 200_000
 
 
 def test_seeds_are_passed_on():

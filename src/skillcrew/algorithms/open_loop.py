@@ -1,4 +1,4 @@
-"""The open-loop baseline: MADyS+ whose teams sense nothing. What looking is worth in a task is measured from it."""
+"""The open-loop baseline: MADyS+ whose teams sense nothing. What looking is worth is measured from it."""
 
 import dataclasses
 

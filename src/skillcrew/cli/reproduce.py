@@ -1,6 +1,7 @@
 """`skillcrew reproduce FIGURE`."""
 
 import dataclasses
+import textwrap
 from pathlib import Path
 
 from skillcrew.cli.arguments import Seeds
@@ -9,13 +10,26 @@ from skillcrew.cli.present import take_places
 from skillcrew.cli.side_by_side import run_side_by_side
 from skillcrew.experiment import reproduction
 
+
+def _environments() -> str:
+    return textwrap.fill(
+        ", ".join(reproduction.STEPS),
+        104,
+        initial_indent=8 * " ",
+        subsequent_indent=8 * " ",
+        break_on_hyphens=False,
+    )
+
+
 USAGE = (
     "usage: skillcrew reproduce FIGURE [OPTIONS]\n\n"
-    f"FIGURE  {', '.join(reproduction.FIGURES)}, or all; or one environment of theirs:\n"
-    f"        {', '.join(reproduction.STEPS)}\n\n"
-    "Trains what the MADyS thesis compares (MADyS, MFL and EA in its form, and MADyS in our best form) with\n"
-    "its five seeds, and ends in its figures, a table, and every run's configuration. Can be interrupted at\n"
-    "any time: the same command goes on where it was."
+    "FIGURE  all       what the MADyS thesis compares, MADyS, MFL and EA in its form, beside our best form,\n"
+    "                  the one before it, and timetables that sense nothing\n"
+    "        frontier  more types, more rovers, and tasks that ask a team to look or to split\n"
+    f"        or one of {', '.join(reproduction.FIGURES)}; or one environment of theirs:\n"
+    f"{_environments()}\n\n"
+    "Trains with the thesis's five seeds, and ends in figures, a table, and every run's configuration. Can\n"
+    "be interrupted at any time: the same command goes on where it was."
 )
 
 DEFAULT_SEEDS = Seeds(reproduction.SEEDS)

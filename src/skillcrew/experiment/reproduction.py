@@ -1,9 +1,11 @@
-"""The thesis's experiments as a comparison."""
+"""The thesis's experiments, and those beyond it, as comparisons."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.algorithms.open_loop import OpenLoop, OpenLoopConfig
 from skillcrew.algorithms.registry import make_algorithm
 from skillcrew.envs.presets import make
 from skillcrew.errors import UserError, unknown_name
@@ -13,22 +15,46 @@ from skillcrew.experiment.config import RunConfig
 FIGURES: Mapping[str, tuple[str, ...]] = {
     "fig-4.2": ("rover-t2-c1", "rover-t2-c2", "rover-t2-c3"),
     "fig-4.3": ("rover-t3-c1", "rover-t3-c2", "rover-t3-c3"),
+    "types": ("rover-t4-c3", "rover-t5-c3", "rover-t6-c3"),
+    "rovers": ("rover-t3-c6", "rover-t3-c12"),
+    "looking": ("rover-t2-c2-tight", "rover-t3-c3-tight", "rover-t3-c3-drawn"),
+    "splitting": ("rover-t4-c3-simultaneous", "rover-t2-c2-moving", "rover-t4-c3-breakdown"),
 }
-"""The thesis's figures, and the environments that they show."""
+"""The thesis's figures and those beyond it, and the environments that each shows."""
 
-METHODS = ("madys", "mfl", "ea", "madys-plus")
-"""Algorithms that are compared. The first three have the thesis's form: feed-forward networks, one for each
-agent."""
-
-STEPS: Mapping[str, int] = {
-    "rover-t2-c1": 6_000_000,
-    "rover-t2-c2": 16_000_000,
-    "rover-t2-c3": 12_000_000,
-    "rover-t3-c1": 24_000_000,
-    "rover-t3-c2": 32_000_000,
-    "rover-t3-c3": 40_000_000,
+SETS: Mapping[str, tuple[str, ...]] = {
+    "all": ("fig-4.2", "fig-4.3"),
+    "frontier": ("types", "rovers", "looking", "splitting"),
 }
-"""Environment steps per seed, the same for all methods."""
+"""Figures that belong together: the thesis's, and those beyond it."""
+
+OF_THE_THESIS = ("madys", "mfl", "ea")
+"""Algorithms in the thesis's form: feed-forward networks, one for each agent."""
+
+COMMITTED = ("madys-plus", "open-loop", "open-loop-team")
+"""Algorithms whose selectors have phases; the last is the open loop with one timetable for the whole team."""
+
+STEPS: Mapping[str, Mapping[tuple[str, ...], int]] = {
+    "rover-t2-c1": {OF_THE_THESIS: 6_000_000, ("madys-es",): 6_000_000, COMMITTED[:2]: 3_000_000},
+    "rover-t2-c2": {OF_THE_THESIS: 8_000_000, ("madys-es",): 8_000_000, COMMITTED[:2]: 4_000_000},
+    "rover-t2-c3": {OF_THE_THESIS: 6_000_000, ("madys-es",): 8_000_000, COMMITTED[:2]: 3_000_000},
+    "rover-t3-c1": {OF_THE_THESIS: 10_000_000, ("madys-es",): 16_000_000, COMMITTED[:2]: 5_000_000},
+    "rover-t3-c2": {OF_THE_THESIS: 10_000_000, ("madys-es",): 24_000_000, COMMITTED[:2]: 5_000_000},
+    "rover-t3-c3": {OF_THE_THESIS: 10_000_000, ("madys-es",): 24_000_000, COMMITTED[:2]: 5_000_000},
+    "rover-t4-c3": {COMMITTED: 10_000_000},
+    "rover-t5-c3": {COMMITTED: 20_000_000},
+    "rover-t6-c3": {COMMITTED[:1]: 40_000_000, COMMITTED[1:]: 10_000_000},
+    "rover-t3-c6": {COMMITTED: 6_000_000},
+    "rover-t3-c12": {COMMITTED: 6_000_000},
+    "rover-t2-c2-tight": {COMMITTED: 10_000_000},
+    "rover-t3-c3-tight": {COMMITTED[:1]: 20_000_000, COMMITTED[1:]: 10_000_000},
+    "rover-t4-c3-simultaneous": {COMMITTED[:1]: 30_000_000, COMMITTED[1:]: 10_000_000},
+    "rover-t3-c3-drawn": {COMMITTED[:1]: 30_000_000, COMMITTED[1:]: 10_000_000},
+    "rover-t2-c2-moving": {COMMITTED: 10_000_000},
+    "rover-t4-c3-breakdown": {COMMITTED: 10_000_000},
+}
+"""For each environment the methods that are compared there, and how many environment steps each of their
+seeds lives. Those that commit need a fraction of what the others do."""
 
 LEAST_STEPS = 200_000
 """Whatever the budget, so that every method lives more than one generation: one takes up to 100,000 steps."""
@@ -36,19 +62,24 @@ LEAST_STEPS = 200_000
 SEEDS = (2000, 2001, 2002, 2003, 2004)
 """The thesis's five."""
 
-PURPOSE = "This folder reproduces figures of the MADyS thesis with skillcrew."
+PURPOSE = "This folder reproduces figures of the MADyS thesis, or beyond it, with skillcrew."
+
+
+def steps_of(environment: str) -> dict[str, int]:
+    """The methods that are compared in an environment, in order, and the environment steps of their seeds."""
+    return {method: steps for methods, steps in STEPS[environment].items() for method in methods}
 
 
 def figures_of(name: str) -> tuple[str, ...]:
-    """The figures that a name stands for: one of `FIGURES`, `all` of them, or a single environment's panel.
+    """The figures that a name stands for: one or a set of them, or a single environment's panel.
 
     Raises:
         UserError: an unknown name.
     """
-    if name == "all":
-        return tuple(FIGURES)
+    if name in SETS:
+        return SETS[name]
     if name not in FIGURES and name not in STEPS:
-        raise unknown_name("figure", name, (*FIGURES, "all", *STEPS))
+        raise unknown_name("figure", name, (*FIGURES, *SETS, *STEPS))
     return (name,)
 
 
@@ -79,27 +110,36 @@ def plan(figures: Sequence[str], seeds: tuple[int, ...] = SEEDS, budget: float =
         _planned(environment, method, seeds, budget)
         for figure in figures
         for environment in environments_of(figure)
-        for method in METHODS
+        for method in steps_of(environment)
     ]
 
 
 def _drawn(figure: str, seeds: tuple[int, ...]) -> ComparedFigure:
     said = f"mean of {len(seeds)} seeds, 95 % intervals"
-    title = f"{figure.replace('fig-', 'Figure ')} of the thesis, again: {said}" if figure in FIGURES else said
+    title = f"Figure {figure[4:]} of the thesis, again: {said}" if figure.startswith("fig-") else said
     return ComparedFigure(figure, title, environments_of(figure))
 
 
 def _planned(environment: str, method: str, seeds: tuple[int, ...], budget: float) -> PlannedRun:
-    algorithm = make_algorithm(method, make(environment))
+    algorithm = _algorithm(environment, method)
     shortened = _shortened(algorithm.config, budget)
-    steps = max(LEAST_STEPS, round(budget * STEPS[environment]))
+    steps = max(LEAST_STEPS, round(budget * steps_of(environment)[method]))
+    label = f"{algorithm.label}, shared" if method == "open-loop-team" else algorithm.label
     return PlannedRun(
         environment,
         method,
-        algorithm.label,
-        make_algorithm(method, algorithm.env, shortened),
+        label,
+        make_algorithm(algorithm.name, algorithm.env, shortened),
         RunConfig(seeds=seeds, steps=steps),
     )
+
+
+def _algorithm(environment: str, method: str) -> Algorithm:
+    """A method with the defaults of its algorithm, but for what its name says."""
+    if method != "open-loop-team":
+        return make_algorithm(method, make(environment))
+    shared = dataclasses.replace(OpenLoopConfig().selector, sharing="team")
+    return OpenLoop(make(environment), selector=shared)
 
 
 def _shortened(config: Any, budget: float) -> Any:
