@@ -62,6 +62,8 @@ class ActsDirectly:
 def override(algorithm: Any, config: Any, overrides: Mapping[str, Any]) -> Any:
     """The configuration of an algorithm, by default its class's, with some fields changed.
 
+    What it leaves to the environment is filled in.
+
     Raises:
         UserError: an unknown field, or a value that a field refuses.
     """
@@ -69,4 +71,17 @@ def override(algorithm: Any, config: Any, overrides: Mapping[str, Any]) -> Any:
     for field in overrides:
         if field not in fields:
             raise unknown_name(f"field of {algorithm.name}", field, fields)
-    return dataclasses.replace(config or algorithm.config_class(), **overrides)
+    config = dataclasses.replace(config or algorithm.config_class(), **overrides)
+    return _scaled_as(algorithm.env.input_scaling, config)
+
+
+def _scaled_as(scaling: str, config: Any) -> Any:
+    """A configuration in which all networks that leave the scale of their input to the environment name it."""
+    changes = {}
+    for field in dataclasses.fields(config):
+        value = getattr(config, field.name)
+        if dataclasses.is_dataclass(value):
+            changes[field.name] = _scaled_as(scaling, value)
+        elif field.name == "input_scaling" and value == "environment":
+            changes[field.name] = scaling
+    return dataclasses.replace(config, **changes) if changes else config

@@ -22,6 +22,7 @@ class Wrapper(Environment):
         self.action_size = env.action_size
         self.episode_length = env.episode_length
         self.skills = env.skills
+        self.input_scaling = env.input_scaling
 
     @abc.abstractmethod
     def seen(self, observation: Float[Array, "agents obs *worlds"]) -> Float[Array, "agents2 obs2 *worlds"]:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import itertools
-from typing import Literal
+from typing import Literal, get_args
 
 import equinox as eqx
 import jax
@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Key
 
 from skillcrew.errors import UserError, unknown_name
 
-InputScaling = Literal["sqrt", "none"]
+InputScaling = Literal["environment", "symlog", "sqrt", "none"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,20 +20,27 @@ class NetworkConfig:
 
     hidden: tuple[int, ...] = (64, 64)
     """Units of each hidden layer (rectified linear); none for a linear map."""
-    input_scaling: InputScaling = "sqrt"
-    """"sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ and beat logarithms and raw
-    inputs when selectors were evolved on them. "none": as it comes."""
+    input_scaling: InputScaling = "environment"
+    """"environment": the one of the next three that the environment names ("symlog" if it names none).
+    "symlog": sign(x)·log(1 + |x|). "sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ. "none": as
+    it comes."""
 
     def __post_init__(self) -> None:
         if any(not isinstance(size, int) or size < 1 for size in self.hidden):
             raise UserError(f"hidden = {self.hidden}: give each layer at least 1 unit, or no layer at all")
-        if self.input_scaling not in ("sqrt", "none"):
-            raise unknown_name("input_scaling", str(self.input_scaling), ("sqrt", "none"))
+        if self.input_scaling not in get_args(InputScaling):
+            raise unknown_name("input_scaling", str(self.input_scaling), get_args(InputScaling))
 
 
 def scale_input(x: Float[Array, "*any"], scaling: InputScaling) -> Float[Array, "*any"]:
     """Brings observations to the scale on which networks learn; see `NetworkConfig.input_scaling`."""
-    return 2 * jnp.sign(x) * jnp.sqrt(jnp.abs(x)) if scaling == "sqrt" else x
+    match scaling:
+        case "none":
+            return x
+        case "sqrt":
+            return 2 * jnp.sign(x) * jnp.sqrt(jnp.abs(x))
+        case _:
+            return jnp.sign(x) * jnp.log1p(jnp.abs(x))
 
 
 class MLP(eqx.Module):

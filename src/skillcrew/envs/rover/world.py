@@ -23,6 +23,8 @@ class RoverDomain(Environment):
     second drives 0 to `max_speed` along the new heading; entries beyond [-1, 1] are clipped.
     """
 
+    input_scaling = "sqrt"
+
     def __init__(self, config: RoverConfig, name: str = "rover"):
         self.config = config
         self.name = name
