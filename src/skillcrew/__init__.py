@@ -25,6 +25,7 @@ from skillcrew.evolution.evosax_bridge import EvosaxConfig
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.evolution.hall_of_fame import HallOfFameConfig
 from skillcrew.evolution.mutation import MutationConfig
+from skillcrew.evolution.phases import PhaseMutationConfig
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.run import Evaluation, Run, train
 from skillcrew.experiment.runner import Interrupted
@@ -33,6 +34,7 @@ from skillcrew.learners.resource_manager import ResourceConfig
 from skillcrew.learners.td3 import TD3, TD3Config
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
+from skillcrew.policies.selector import SelectorConfig
 from skillcrew.policies.team import Team
 
 __all__ = [
@@ -66,12 +68,14 @@ __all__ = [
     "MFLConfig",
     "MutationConfig",
     "NetworkConfig",
+    "PhaseMutationConfig",
     "PlateauConfig",
     "PolicyConfig",
     "RaceConfig",
     "ResourceConfig",
     "RoverConfig",
     "Run",
+    "SelectorConfig",
     "StrategyConfig",
     "TD3Config",
     "Team",

@@ -11,7 +11,6 @@ from skillcrew.algorithms.team_search import RaceConfig
 from skillcrew.envs.presets import PRESETS
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.config import RunConfig, algorithm_from_yaml, from_yaml, to_yaml
-from skillcrew.policies.memory import PolicyConfig
 
 
 @pytest.fixture
@@ -57,7 +56,7 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
         **{"breakdowns": 1, "simultaneous": (("A", "B"),), "cue": 30.0, "poi_speed": 0.5},
     )
     evolution = sc.EvolutionConfig(
-        3, "proportional", 5, 0.25, 4.0, 1.5, 7.0, 0.5, altered(sc.MutationConfig())
+        3, "proportional", 5, 0.25, 2, 4.0, 1.5, 7.0, 0.5, altered(sc.MutationConfig())
     )
     algorithm = sc.MADyS(
         env,
@@ -73,8 +72,14 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
                 "buffer_capacity": 31_337,
                 "skills": ("go_to_agent", "go_to_poi_D"),
             },
-            selector=altered(PolicyConfig(), hidden=(5,), input_scaling="none", sharing="team"),
-            evolution=dataclasses.replace(evolution, mutation=altered(evolution.mutation, kind="gaussian")),
+            selector=altered(
+                sc.SelectorConfig(), hidden=(5,), input_scaling="none", sharing="team", alike=0.25
+            ),
+            evolution=dataclasses.replace(
+                evolution,
+                mutation=altered(evolution.mutation, kind="gaussian"),
+                phases=altered(sc.PhaseMutationConfig()),
+            ),
             learner=altered(sc.TD3Config(), network=sc.NetworkConfig((6, 7, 8), "none")),
             plateau=altered(sc.PlateauConfig()),
             strategy=altered(StrategyConfig()),
@@ -107,7 +112,8 @@ SEARCH = {
     "episodes": 7,
     "race": RaceConfig(9, 11),
 }
-REMEMBERING = PolicyConfig((5, 9), "none", 4, "team")
+REMEMBERING = {"hidden": (5, 9), "input_scaling": "none", "memory": 4, "sharing": "team"}
+PHASES = {"phases": 5, "reactive": True, "alike": 0.375, "hold": 3}
 
 
 @pytest.mark.parametrize(
@@ -122,11 +128,17 @@ REMEMBERING = PolicyConfig((5, 9), "none", 4, "team")
             },
         ),
         ("madys", {"evolver": "sep_cma_es", "evosax": sc.EvosaxConfig(0.25, 0.5, 3.0)}),
-        ("madys", {**SEARCH, "selector": REMEMBERING, "recorded_episodes": 2}),
+        ("madys", {**SEARCH, "selector": sc.SelectorConfig(**REMEMBERING), "recorded_episodes": 2}),
         ("mfl", {}),
-        ("mfl", {**SEARCH, "selector": REMEMBERING, "pretraining_steps": 999, "exploration_change": 0.375}),
+        (
+            "mfl",
+            {
+                **{**SEARCH, "selector": sc.SelectorConfig(**REMEMBERING, **PHASES)},
+                **{"pretraining_steps": 999, "exploration_change": 0.375},
+            },
+        ),
         ("ea", {}),
-        ("ea", {**SEARCH, "actor": REMEMBERING}),
+        ("ea", {**SEARCH, "actor": sc.PolicyConfig(**REMEMBERING)}),
         ("merl", {"sharing": "agent", "reward": "go_to_poi_B+go_to_agent", "migration_period": 7}),
         ("erl", {"reward": "local", "task_ends_value": False}),
         ("cerl", {"discounts": (0.25, 0.5, 0.75), "resources": sc.ResourceConfig(0.5, 0.25, 2.0)}),
