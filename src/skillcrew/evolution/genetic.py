@@ -71,13 +71,21 @@ class EvolutionConfig:
 
     def check_population(self, population: int) -> None:
         """Raises `UserError` if a population of this size leaves no room for children."""
-        survivors = self.elites + self.challengers
-        if population < survivors + 2:
-            summed = "evolution.elites + evolution.challengers" if self.challengers else "evolution.elites"
+        if population < self.smallest_population:
             raise UserError(
-                f"population = {population}: smaller than {summed} + 2 = {survivors + 2}; "
-                "raise population or lower evolution.elites"
+                f"population = {population}: smaller than {self.survivors} + 2 = "
+                f"{self.smallest_population}; raise population or lower {self.survivors.replace('+', 'or')}"
             )
+
+    @property
+    def smallest_population(self) -> int:
+        """Individuals that survive, and two children."""
+        return self.elites + self.challengers + 2
+
+    @property
+    def survivors(self) -> str:
+        """The fields that say how many individuals survive, as a sum."""
+        return "evolution.elites + evolution.challengers" if self.challengers else "evolution.elites"
 
 
 class GeneticState(eqx.Module):
