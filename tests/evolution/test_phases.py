@@ -481,7 +481,9 @@ def test_a_change_of_a_part_is_of_anybody_and_of_somebody(mutated, part: int) ->
         assert happened.all()
     who = who[happened]
     assert (who[:, 0] != who[:, 1]).any(), "kin may part"
-    assert set(who.sum(1)) == set(range(1, AGENTS + 1))
+    # With a share that is drawn too, any number is as likely as another; nobody counts as one.
+    expected = np.array([2, 1, 1]) / (AGENTS + 1)
+    np.testing.assert_allclose(np.bincount(who.sum(1), minlength=4)[1:] / len(who), expected, atol=0.07)
     np.testing.assert_allclose(who.mean(0), who.mean(), atol=0.08)
 
 
