@@ -330,6 +330,7 @@ def mutated() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     configs["group"] = dataclasses.replace(NONE, **whole, together=0.0, group=1.0)
     configs["part"] = dataclasses.replace(NONE, **whole, together=0.0, group=0.0)
     configs["mixed"] = dataclasses.replace(NONE, block=1.0, together=0.5, group=0.3)
+    configs["skill and length"] = dataclasses.replace(configs["length at half"], skill=0.5)
     for scope in ("group", "part"):
         alone = {"skill": 0.0, "network": 0.0, "teammate": 1.0}
         configs["teammate, " + scope] = dataclasses.replace(configs[scope], **alone)
@@ -420,6 +421,12 @@ def test_a_certain_change_of_networks_happens_and_no_other(mutated) -> None:
     noise = new - old
     np.testing.assert_allclose(noise[:, 0], noise[:, 2], atol=1e-6)
     assert noise[:, 0][weights].std() == pytest.approx(NONE.network_deviation, rel=0.1)
+
+
+def test_one_change_has_nothing_to_do_with_another(mutated) -> None:
+    scores, lengths, _ = changes(mutated["skill and length"][0])
+    skill, length = scores.any((1, 2, 3)), lengths.any((1, 2))
+    assert (skill & length).mean() == pytest.approx(skill.mean() * length.mean(), abs=0.06)
 
 
 def test_no_larger_share_of_weights_changes_than_is_given(mutated) -> None:
