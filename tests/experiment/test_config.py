@@ -196,6 +196,14 @@ def test_the_file_is_plain_yaml(file):
         ("  - 0", "  - -1", [": run", "seeds"]),
         ("  - 0", "  - zero", ["run.seeds", "'zero'"]),
         ("skills: null", "skills: [go_to_pio_A]", ["'go_to_pio_A'", "go_to_poi_A"]),
+        ("    phases: 0", "    phases: 71", [": algorithm", "selector.phases = 71", "at most 70"]),
+        ("    reactive: false", "    reactive: true", [": algorithm", "selector.reactive = True", "phases"]),
+        ("      shift: 0.2", "      shift: 2", [": algorithm", "phases.shift = 2", "between 0 and 1"]),
+        (
+            "      shift: 0.2",
+            "      shfit: 0.2",
+            [": algorithm.evolution.phases", "'shfit'", "first: shift,"],
+        ),
         ("  learner:", "  learner: 3\n  elsewhere:", ["algorithm", "elsewhere"]),
     ],
 )

@@ -82,13 +82,13 @@ def tiny_ea(**overrides) -> EA:
 
 
 def tiny_mfl(**overrides) -> MFL:
-    """One selector with memory for both rovers, moved by a strategy once skills are trained for a while."""
+    """One reactive timetable for both rovers, moved by a strategy once skills are trained for a while."""
     like = tiny_madys()
     same = ("episodes", "probe_episodes", "updates", "buffer_capacity", "skills", "learner")
     fields = {
         **{field: getattr(like.config, field) for field in same},
         "population": 8,
-        "selector": SelectorConfig(hidden=(8,), memory=3, sharing="team"),
+        "selector": SelectorConfig(hidden=(8,), memory=3, sharing="team", phases=4, reactive=True, hold=2),
         "evolver": "strategy",
         "recorded_episodes": 1,
         "pretraining_steps": 250,

@@ -144,7 +144,7 @@ def test_each_agent_goes_by_its_own_clock(shared: bool) -> None:
     selectors = [TimetableSelector(timetable_of(own, (1, 1, 1, 1, 1)), None, STEPS) for own in skills]
     team = skill_team(stacked(*selectors))
     clocks = jnp.array([[0.0], [9.0], [17.0]])
-    choice, memory = team.choose(jnp.zeros((AGENTS, OBSERVATION)), clocks)
+    choice, memory = quick_jit(SkillTeam.choose)(team, jnp.zeros((AGENTS, OBSERVATION)), clocks)
     assert choice.tolist() == [skills[0][0], skills[-1 if shared else 1][2], skills[-1][4]]
     assert memory.tolist() == [[1], [10], [18]]
     assert team.initial_memory().tolist() == [[0]] * AGENTS

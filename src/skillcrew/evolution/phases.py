@@ -139,14 +139,14 @@ class PhaseVariation:
         Args:
             kin: who began with the same timetable as whom.
         """
-        key_whether, key_scope, key_group, key_share, key_each = jax.random.split(key, 5)
-        scope = jax.random.uniform(key_scope)
+        # One draw for all: each random operation of its own takes XLA long to compile.
+        draw = jax.random.uniform(key, (4 + self.networks,))
+        whether, scope, member, share = draw[:4]
         together, group = self.config.together, self.config.together + self.config.group
-        some = jax.random.uniform(key_each, (self.networks,))
-        some = (some < jax.random.uniform(key_share)) | (some == some.min())
-        of_group = kin[jax.random.randint(key_group, (), 0, self.networks)]
+        some = (draw[4:] < share) | (draw[4:] == draw[4:].min())
+        of_group = kin[jnp.floor(member * self.networks).astype(jnp.int32)]
         who = jnp.where(scope < together, True, jnp.where(scope < group, of_group, some))
-        return who & jax.random.bernoulli(key_whether, probability)
+        return who & (whether < probability)
 
     def _change_network(
         self,
