@@ -140,6 +140,7 @@ def test_every_evolver_can_carry_timetables(evolver: str) -> None:
         networks = 1 if evolver == "coevolution" else AGENTS
         assert (variation.networks, variation.phases, variation.skills) == (networks, PHASES, SKILLS)
         assert variation.config is algorithm.config.evolution.phases
+    assert algorithm._search._codec._alike == 0.5
     before = jax.eval_shape(algorithm.init, jax.random.key(0))
     after, metrics = jax.eval_shape(algorithm.step, before)
     assert jax.tree.map(lambda leaf: (leaf.shape, leaf.dtype), after) == jax.tree.map(
