@@ -49,7 +49,11 @@ def test_teams_learn_to_aim() -> None:
 @pytest.mark.parametrize("kind", [sc.EA, sc.MADyS, sc.MFL], ids=lambda kind: kind.name)
 def test_a_generation_takes_the_state_to_one_of_the_same_kind(kind: Any, evolver: str) -> None:
     network = {"hidden": (4,), "memory": 3}
-    small = {"actor": PolicyConfig(**network)} if kind is sc.EA else {"selector": SelectorConfig(**network)}
+    small = (
+        {"actor": PolicyConfig(**network)}
+        if kind is sc.EA
+        else {"selector": SelectorConfig(**network, phases=5, reactive=True)}
+    )
     algorithm = kind(sc.make("rover-t2-c1"), evolver=evolver, population=6, **small)
     before = jax.eval_shape(algorithm.init, jax.random.key(0))
     after, metrics = jax.eval_shape(algorithm.step, before)

@@ -64,6 +64,10 @@ def test_evolution_finds_what_to_do_first_and_what_then() -> None:
     selector = sc.SelectorConfig(phases=PHASES)
     madys = sc.MADyS(TwoPhases(), selector=selector, **SMALL)
 
+    variation: Any = madys._search._evolver._variation
+    assert (variation.networks, variation.phases, variation.skills) == (AGENTS, PHASES, SKILLS)
+    assert variation.config is madys.config.evolution.phases
+
     @quick_jit
     def train(state):
         return jax.lax.scan(lambda state, _: madys.step(state), state, length=40)
@@ -126,19 +130,21 @@ def test_subpopulations_breed_by_what_knows_phases() -> None:
     assert choices(algorithm.team(state)).shape == (LENGTH, AGENTS)
 
 
-@pytest.mark.parametrize("evolver", ["genetic", "coevolution", "strategy", "sep_cma_es"])
+@pytest.mark.parametrize("evolver", ["coevolution", "strategy"])
 def test_every_evolver_can_carry_timetables(evolver: str) -> None:
-    """Scores, lengths and weights are numbers; operators on phases are for those who make children."""
+    """Scores, lengths and weights are numbers; operators on phases are for those who make children.
+
+    The genetic algorithm is above; for evosax see the tests of evolvers.
+    """
     selector = sc.SelectorConfig(hidden=(3,), memory=2, phases=PHASES, reactive=True, hold=2, alike=0.5)
     fields = {**SMALL, "population": 12, "evolver": evolver}
     algorithm = sc.MADyS(TwoPhases(), selector=selector, **fields)
     evolver_in_use: Any = algorithm._search._evolver
     breeder = getattr(evolver_in_use, "_breeder", evolver_in_use)
     variation = getattr(breeder, "_variation", None)
-    assert isinstance(variation, PhaseVariation) == (evolver in ("genetic", "coevolution"))
+    assert isinstance(variation, PhaseVariation) == (evolver == "coevolution")
     if variation is not None:
-        networks = 1 if evolver == "coevolution" else AGENTS
-        assert (variation.networks, variation.phases, variation.skills) == (networks, PHASES, SKILLS)
+        assert (variation.networks, variation.phases, variation.skills) == (1, PHASES, SKILLS)
         assert variation.config is algorithm.config.evolution.phases
     assert algorithm._search._codec._alike == 0.5
     before = jax.eval_shape(algorithm.init, jax.random.key(0))
