@@ -30,7 +30,7 @@ from skillcrew.algorithms.skill_training import train_skills
 from skillcrew.envs.presets import make
 from skillcrew.experiment import generation
 from skillcrew.experiment.config import RunConfig
-from skillcrew.policies.memory import PolicyConfig
+from skillcrew.policies.selector import SelectorConfig
 from skillcrew.policies.team import SkillTeam
 from skillcrew.replay import transitions_of
 from skillcrew.rollout import Trajectories, rollout
@@ -171,7 +171,7 @@ def peak_memory(steps: str = "1e5") -> float:
 
 def page(steps: int) -> str:
     """Measures everything, as Markdown."""
-    sizes = {"population": 40, "episodes": 10, "updates": 100, "selector": PolicyConfig(hidden=(64,))}
+    sizes = {"population": 40, "episodes": 10, "updates": 100, "selector": SelectorConfig(hidden=(64,))}
     algorithm = MADyS(make("rover-t2-c1"), **sizes)
     rate = matrix_product_rate()
     compiled, chunks, state = train(algorithm, steps)

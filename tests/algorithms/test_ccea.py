@@ -17,6 +17,7 @@ from oracles.rover_cases import quick_jit
 from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.population import GenomeCodec
+from skillcrew.policies.selector import SelectorConfig
 
 SIZE, TEAMS, ELITES = 6, 2, 4
 
@@ -108,7 +109,7 @@ def test_selectors_coevolve_too(kind: Any) -> None:
         ),
         (
             lambda: sc.MADyS(
-                sc.make("rover-t2-c3"), evolver="coevolution", selector=PolicyConfig(sharing="team")
+                sc.make("rover-t2-c3"), evolver="coevolution", selector=SelectorConfig(sharing="team")
             ),
             ["evolver = coevolution", "set its sharing to agent"],
         ),

@@ -14,6 +14,7 @@ from oracles.rover_cases import quick_jit
 from skillcrew.evolution.evosax_bridge import EVOSAX_NAMES
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
+from skillcrew.policies.selector import SelectorConfig
 
 GENERATIONS = 150
 
@@ -47,7 +48,12 @@ def test_teams_learn_to_aim() -> None:
 @pytest.mark.parametrize("evolver", EVOSAX_NAMES)
 @pytest.mark.parametrize("kind", [sc.EA, sc.MADyS, sc.MFL], ids=lambda kind: kind.name)
 def test_a_generation_takes_the_state_to_one_of_the_same_kind(kind: Any, evolver: str) -> None:
-    small = {"actor" if kind is sc.EA else "selector": PolicyConfig(hidden=(4,), memory=3)}
+    network = {"hidden": (4,), "memory": 3}
+    small = (
+        {"actor": PolicyConfig(**network)}
+        if kind is sc.EA
+        else {"selector": SelectorConfig(**network, phases=5, reactive=True)}
+    )
     algorithm = kind(sc.make("rover-t2-c1"), evolver=evolver, population=6, **small)
     before = jax.eval_shape(algorithm.init, jax.random.key(0))
     after, metrics = jax.eval_shape(algorithm.step, before)

@@ -23,10 +23,9 @@ from skillcrew.errors import UserError
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.learners.plateau import PlateauConfig
 from skillcrew.learners.td3 import TD3Config
-from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.population import GenomeCodec
-from skillcrew.policies.selector import Selector
+from skillcrew.policies.selector import Selector, SelectorConfig
 from skillcrew.rollout import rollout
 
 AGENTS, SKILLS, EPISODES, TEAMS, PROBES = 2, 4, 5, 7, 3
@@ -50,7 +49,7 @@ CONFIG = MADySConfig(
     exploration_noise=0.0,
     buffer_capacity=1500,
     skills=NAMES,
-    selector=PolicyConfig(hidden=(6,)),
+    selector=SelectorConfig(hidden=(6,)),
     evolution=EvolutionConfig(elites=2),
     learner=TD3Config(batch_size=16, network=NetworkConfig(hidden=(5,))),
     plateau=PlateauConfig(window=4, earliest=0),
@@ -271,7 +270,7 @@ def test_a_strategy_moves_one_selector_with_memory_that_all_agents_share(monkeyp
         CONFIG,
         population=8,
         evolver="strategy",
-        selector=PolicyConfig(hidden=(6,), memory=3, sharing="team"),
+        selector=SelectorConfig(hidden=(6,), memory=3, sharing="team"),
     )
     first = quick_jit(madys.init)(jax.random.key(2))
     after, measured = quick_jit(madys.step)(first)

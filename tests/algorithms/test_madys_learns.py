@@ -11,8 +11,8 @@ from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.learners.plateau import PlateauConfig
 from skillcrew.learners.td3 import TD3Config
-from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
+from skillcrew.policies.selector import SelectorConfig
 
 WORLD = RoverConfig(n_agents=1, n_poi_types=2, world_size=10.0, episode_length=25, activation_distance=1.5)
 CONFIG = MADySConfig(
@@ -22,7 +22,7 @@ CONFIG = MADySConfig(
     updates=40,
     buffer_capacity=50_000,
     skills=("go_to_poi_A", "go_away_from_poi_A", "go_to_poi_B"),
-    selector=PolicyConfig(hidden=(16,)),
+    selector=SelectorConfig(hidden=(16,)),
     evolution=EvolutionConfig(elites=3),
     plateau=PlateauConfig(window=60),
     exploration_noise=0.1,

@@ -21,10 +21,9 @@ from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.learners.plateau import PlateauConfig
 from skillcrew.learners.td3 import TD3Config
-from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.population import GenomeCodec
-from skillcrew.policies.selector import Selector
+from skillcrew.policies.selector import Selector, SelectorConfig
 from skillcrew.rollout import rollout
 
 AGENTS, SKILLS, EPISODES, TEAMS, PROBES = 2, 4, 5, 7, 3
@@ -47,7 +46,7 @@ CONFIG = MFLConfig(
     updates=4,
     buffer_capacity=1500,
     skills=NAMES,
-    selector=PolicyConfig(hidden=(6,)),
+    selector=SelectorConfig(hidden=(6,)),
     evolution=EvolutionConfig(elites=2),
     learner=TD3Config(batch_size=16, network=NetworkConfig(hidden=(5,))),
     plateau=PlateauConfig(window=4, earliest=0),

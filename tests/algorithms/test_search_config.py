@@ -58,6 +58,17 @@ def test_refuses_a_value_and_names_field_and_value(config: str, field: str, valu
             {"evolver": "coevolution", "population": 5},
             ["population = 5", "a subpopulation has 5 individuals"],
         ),
+        (
+            {
+                **{"evolver": "coevolution", "population": 7},
+                "evolution": team_search.EvolutionConfig(elites=4, challengers=2),
+            },
+            ["population = 7", "7 individuals, fewer than evolution.elites + evolution.challengers + 2 = 8;"],
+        ),
+        (
+            {"population": 7, "evolution": team_search.EvolutionConfig(elites=4, challengers=2)},
+            ["population = 7: smaller than evolution.elites + evolution.challengers + 2 = 8;"],
+        ),
         ({"episodes_shared_by": "team"}, ["episodes_shared_by 'team'", "pair, population"]),
         (
             {"episodes_shared_by": "pair"},

@@ -123,6 +123,8 @@ MISTAKES = [
     ([*TRAIN, "--algorithm.buffer-capacity", "10"], ["buffer_capacity = 10", "raise it"]),
     ([*TRAIN, "--algorithm.learner.batch-size", "0"], ["batch_size = 0"]),
     ([*TRAIN, "--algorithm.selector.hidden", "0"], ["hidden = (0,)"]),
+    ([*TRAIN, "--algorithm.selector.phases", "51"], ["selector.phases = 51", "50 steps", "at most 50"]),
+    ([*TRAIN, "--algorithm.evolution.phases.skill", "4"], ["phases.skill = 4", "between 0 and 1"]),
     ([*TRAIN, "--seeds", "many"], ["--seeds many", "2000..2004"]),
     ([*TRAIN, "--seeds", "0"], ["at least one"]),
     ([*TRAIN, "--seeds", "5..3"], ["--seeds 5..3"]),

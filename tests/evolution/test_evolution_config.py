@@ -17,6 +17,7 @@ StrategyConfig = unhooked(strategy).StrategyConfig
     ("config", "field", "value"),
     [
         (EvolutionConfig, "elites", 0),
+        (EvolutionConfig, "challengers", -1),
         (EvolutionConfig, "selection", "roulette"),
         (EvolutionConfig, "tournament_size", 0),
         (EvolutionConfig, "crossover_share", 1.5),
@@ -64,6 +65,20 @@ def test_population_must_leave_room_for_two_children() -> None:
     config.check_population(6)
     with pytest.raises(UserError, match=r"population = 5: .*elites \+ 2 = 6"):
         config.check_population(5)
+
+
+def test_population_must_leave_room_for_two_children_beside_challengers() -> None:
+    config = genetic.EvolutionConfig(elites=4, challengers=3)
+    config.check_population(9)
+    message = refusal(config.check_population, population=8)
+    assert message == (
+        "population = 8: smaller than evolution.elites + evolution.challengers + 2 = 9; "
+        "raise population or lower evolution.elites or evolution.challengers"
+    )
+    message = refusal(genetic.EvolutionConfig(elites=4).check_population, population=5)
+    assert message == (
+        "population = 5: smaller than evolution.elites + 2 = 6; raise population or lower evolution.elites"
+    )
 
 
 def test_a_strategy_needs_mirrored_pairs() -> None:

@@ -64,6 +64,10 @@ def evolve(config: EvolutionConfig) -> dict[str, Any]:
     # The elites among themselves, the surest first.
     sure = of(standing(config.champion_prior), order[:, : config.elites])
     order[:, : config.elites] = of(order[:, : config.elites], np.argsort(-sure, axis=1, kind="stable"))
+    # The others by nothing but their own mean.
+    promise = mean.copy()
+    np.put_along_axis(promise, order[:, : config.elites], -np.inf, axis=1)
+    promising = np.argsort(-promise, axis=1, kind="stable")[:, : config.challengers]
     return {
         "genomes": np.asarray(after.genomes),
         "parents": np.asarray(after.genomes).astype(int) - 1,
@@ -74,6 +78,7 @@ def evolve(config: EvolutionConfig) -> dict[str, Any]:
         "expected_evaluations": counted + 1,
         "standing": standing(config.lineage_prior),
         "order": order,
+        "promising": promising,
         "fitness": fitness,
     }
 
@@ -87,6 +92,15 @@ def evolved() -> dict[str, Any]:
 def mutated() -> dict[str, Any]:
     mutation = MutationConfig(kind="gaussian", probability=0.5, gaussian_deviation=0.01)
     return evolve(dataclasses.replace(CONFIG, selection="proportional", mutation=mutation))
+
+
+CHALLENGERS = 2
+
+
+@pytest.fixture(scope="module")
+def challenged() -> dict[str, Any]:
+    mutation = MutationConfig(kind="gaussian", probability=1.0, gaussian_deviation=0.01)
+    return evolve(dataclasses.replace(CONFIG, challengers=CHALLENGERS, mutation=mutation))
 
 
 def test_population_keeps_its_size(evolved) -> None:
@@ -104,6 +118,44 @@ def test_elites_survive_unchanged_at_the_front_in_rank_order(name: str, request)
     np.testing.assert_allclose(
         result["evaluations"][:, :ELITES], of(result["expected_evaluations"], elites), rtol=1e-6
     )
+
+
+def test_challengers_survive_unchanged_after_the_elites_by_their_own_mean(challenged) -> None:
+    after = challenged["genomes"]
+    assert after.shape == (CASES, POPULATION, GENES)
+    survivors = np.concatenate([challenged["order"][:, :ELITES], challenged["promising"]], axis=1)
+    expected = np.broadcast_to(survivors[..., None] + 1, (*survivors.shape, GENES))
+    np.testing.assert_array_equal(after[:, : ELITES + CHALLENGERS], expected)
+    # They keep all they have earned.
+    kept = {"mean": challenged["expected_mean"], "evaluations": challenged["expected_evaluations"]}
+    for name, values in kept.items():
+        np.testing.assert_allclose(
+            challenged[name][:, : ELITES + CHALLENGERS], of(values, survivors), rtol=1e-5
+        )
+    # They do not lead, whatever their mean promises, and are not the next in rank.
+    np.testing.assert_array_equal(challenged["champion"][:, 0] - 1, challenged["order"][:, 0])
+    best = of(challenged["expected_mean"], challenged["promising"])[:, 0]
+    assert (best > of(challenged["expected_mean"], challenged["order"][:, :1])[:, 0]).mean() > 0.05
+    next_in_rank = challenged["order"][:, ELITES : ELITES + CHALLENGERS]
+    assert (np.sort(next_in_rank) != np.sort(challenged["promising"])).any(1).mean() > 0.05
+
+
+def test_all_others_are_children_though_there_are_challengers(challenged) -> None:
+    children = challenged["genomes"][:, ELITES + CHALLENGERS :]
+    assert (children != children.round()).all(-1).all()
+    parents = children.round().astype(int) - 1
+    # Mates are elites and nobody else; 0.75 of the 6 children are crossed, rounded to even.
+    crossed = parents[:, :4]
+    elites = challenged["order"][:, :ELITES]
+    assert (crossed[..., 0][..., None] == elites[:, None]).any(-1).all()
+    copies = parents[:, 4:]
+    assert (copies == copies[..., :1]).all()
+    expected = of(challenged["expected_mean"], parents[..., -1])
+    np.testing.assert_allclose(challenged["mean"][:, ELITES + CHALLENGERS :], expected, rtol=1e-5)
+
+
+def test_by_default_nobody_challenges() -> None:
+    assert EvolutionConfig().challengers == 0
 
 
 def test_champion_is_the_surest_elite_not_the_luckiest_evaluation(evolved) -> None:

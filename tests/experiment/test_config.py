@@ -70,7 +70,9 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
                 "buffer_capacity": 31_337,
                 "skills": ("go_to_agent", "go_to_poi_D"),
             },
-            selector=altered(sc.SelectorConfig(), hidden=(5,), input_scaling="none", sharing="team"),
+            selector=altered(
+                sc.SelectorConfig(), hidden=(5,), input_scaling="none", sharing="team", alike=0.25
+            ),
             evolution=dataclasses.replace(
                 evolution,
                 mutation=altered(evolution.mutation, kind="gaussian"),
@@ -108,8 +110,8 @@ SEARCH = {
     "episodes": 7,
     "race": RaceConfig(9, 11),
 }
-REMEMBERING = sc.PolicyConfig((5, 9), "none", 4, "team")
-COMMITTED = sc.SelectorConfig((5, 9), "none", 4, "team", 6, True, 0.5, 2)
+REMEMBERING = {"hidden": (5, 9), "input_scaling": "none", "memory": 4, "sharing": "team"}
+PHASES = {"phases": 5, "reactive": True, "alike": 0.375, "hold": 3}
 
 
 @pytest.mark.parametrize(
@@ -124,11 +126,17 @@ COMMITTED = sc.SelectorConfig((5, 9), "none", 4, "team", 6, True, 0.5, 2)
             },
         ),
         ("madys", {"evolver": "sep_cma_es", "evosax": sc.EvosaxConfig(0.25, 0.5, 3.0)}),
-        ("madys", {**SEARCH, "selector": COMMITTED, "recorded_episodes": 2}),
+        ("madys", {**SEARCH, "selector": sc.SelectorConfig(**REMEMBERING), "recorded_episodes": 2}),
         ("mfl", {}),
-        ("mfl", {**SEARCH, "selector": COMMITTED, "pretraining_steps": 999, "exploration_change": 0.375}),
+        (
+            "mfl",
+            {
+                **{**SEARCH, "selector": sc.SelectorConfig(**REMEMBERING, **PHASES)},
+                **{"pretraining_steps": 999, "exploration_change": 0.375},
+            },
+        ),
         ("ea", {}),
-        ("ea", {**SEARCH, "actor": REMEMBERING}),
+        ("ea", {**SEARCH, "actor": sc.PolicyConfig(**REMEMBERING)}),
         ("merl", {"sharing": "agent", "reward": "go_to_poi_B+go_to_agent", "migration_period": 7}),
         ("erl", {"reward": "local", "task_ends_value": False}),
         ("cerl", {"discounts": (0.25, 0.5, 0.75), "resources": sc.ResourceConfig(0.5, 0.25, 2.0)}),
@@ -186,6 +194,14 @@ def test_the_file_is_plain_yaml(file):
         ("  - 0", "  - -1", [": run", "seeds"]),
         ("  - 0", "  - zero", ["run.seeds", "'zero'"]),
         ("skills: null", "skills: [go_to_pio_A]", ["'go_to_pio_A'", "go_to_poi_A"]),
+        ("    phases: 0", "    phases: 71", [": algorithm", "selector.phases = 71", "at most 70"]),
+        ("    reactive: false", "    reactive: true", [": algorithm", "selector.reactive = True", "phases"]),
+        ("      shift: 0.2", "      shift: 2", [": algorithm", "phases.shift = 2", "between 0 and 1"]),
+        (
+            "      shift: 0.2",
+            "      shfit: 0.2",
+            [": algorithm.evolution.phases", "'shfit'", "first: shift,"],
+        ),
         ("  learner:", "  learner: 3\n  elsewhere:", ["algorithm", "elsewhere"]),
     ],
 )

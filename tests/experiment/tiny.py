@@ -25,6 +25,7 @@ from skillcrew.experiment.checkpoints import Checkpoints
 from skillcrew.experiment.generation import shapes
 from skillcrew.experiment.metrics import read_metrics
 from skillcrew.policies.memory import PolicyConfig
+from skillcrew.policies.selector import SelectorConfig
 
 SEEDS = (3, 11)
 STEPS = 900
@@ -63,7 +64,7 @@ def tiny_madys(**overrides) -> sc.MADyS:
         "updates": 2,
         "buffer_capacity": 400,
         "skills": ("go_to_poi_A", "go_to_poi_B"),
-        "selector": PolicyConfig(hidden=(8,)),
+        "selector": SelectorConfig(hidden=(8,)),
         "learner": sc.TD3Config(batch_size=8, network=sc.NetworkConfig(hidden=(8,))),
     }
     return sc.MADyS(env, **{**fields, **overrides})
@@ -81,13 +82,13 @@ def tiny_ea(**overrides) -> EA:
 
 
 def tiny_mfl(**overrides) -> MFL:
-    """One selector with memory for both rovers, moved by a strategy once skills are trained for a while."""
+    """One reactive timetable for both rovers, moved by a strategy once skills are trained for a while."""
     like = tiny_madys()
     same = ("episodes", "probe_episodes", "updates", "buffer_capacity", "skills", "learner")
     fields = {
         **{field: getattr(like.config, field) for field in same},
         "population": 8,
-        "selector": PolicyConfig(hidden=(8,), memory=3, sharing="team"),
+        "selector": SelectorConfig(hidden=(8,), memory=3, sharing="team", phases=4, reactive=True, hold=2),
         "evolver": "strategy",
         "recorded_episodes": 1,
         "pretraining_steps": 250,

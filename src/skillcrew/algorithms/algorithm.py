@@ -76,7 +76,7 @@ def override(algorithm: Any, config: Any, overrides: Mapping[str, Any]) -> Any:
 
 
 def _scaled_as(scaling: str, config: Any) -> Any:
-    """A configuration in which all networks that leave the scale of their input to the environment name it."""
+    """A configuration in which networks that leave the scale of their input to the environment name it."""
     changes = {}
     for field in dataclasses.fields(config):
         value = getattr(config, field.name)

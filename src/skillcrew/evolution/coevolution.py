@@ -47,11 +47,11 @@ class CoevolutionConfig:
                 "individual could play in as many; change one of them"
             )
         size = population // self.teams
-        if size < evolution.elites + 2:
+        if size < evolution.smallest_population:
             raise UserError(
                 f"population = {population}: with coevolution.teams = {self.teams} a subpopulation has "
-                f"{size} individuals, fewer than evolution.elites + 2 = {evolution.elites + 2}; raise "
-                "population or lower one of the others"
+                f"{size} individuals, fewer than {evolution.survivors} + 2 = "
+                f"{evolution.smallest_population}; raise population or lower one of the others"
             )
 
     def check_agents(self, population: int, n_agents: int) -> None:

@@ -31,9 +31,6 @@ class EvolutionConfig:
     crossover_share: float = 0.5
     """Share of the children made by crossover between an elite and a member of S; the others
     are members of S themselves. Both then mutate."""
-    challengers: int = 0
-    """Others that survive unchanged, because their own mean fitness is the highest, however few evaluations
-    it rests on: what one lucky evaluation promises is looked at again, but does not lead."""
     lineage_memory: float = 40.0
     """Evaluations that an individual's mean fitness remembers; 1 ranks by the last one alone."""
     lineage_prior: float = 3.0
@@ -50,6 +47,9 @@ class EvolutionConfig:
     """How the weights of children change."""
     phases: PhaseMutationConfig = dataclasses.field(default_factory=PhaseMutationConfig)
     """How the timetables of children change, where selectors have phases."""
+    challengers: int = 0
+    """Others that survive unchanged, because their own mean fitness is the highest, however few evaluations
+    it rests on: what one lucky evaluation promises is looked at again, but does not lead."""
 
     def __post_init__(self) -> None:
         if self.selection not in ("tournament", "proportional"):
@@ -71,13 +71,21 @@ class EvolutionConfig:
 
     def check_population(self, population: int) -> None:
         """Raises `UserError` if a population of this size leaves no room for children."""
-        survivors = self.elites + self.challengers
-        if population < survivors + 2:
-            summed = "evolution.elites + evolution.challengers" if self.challengers else "evolution.elites"
+        if population < self.smallest_population:
             raise UserError(
-                f"population = {population}: smaller than {summed} + 2 = {survivors + 2}; "
-                "raise population or lower evolution.elites"
+                f"population = {population}: smaller than {self.survivors} + 2 = "
+                f"{self.smallest_population}; raise population or lower {self.survivors.replace('+', 'or')}"
             )
+
+    @property
+    def smallest_population(self) -> int:
+        """Individuals that survive, and two children."""
+        return self.elites + self.challengers + 2
+
+    @property
+    def survivors(self) -> str:
+        """The fields that say how many individuals survive, as a sum."""
+        return "evolution.elites + evolution.challengers" if self.challengers else "evolution.elites"
 
 
 class GeneticState(eqx.Module):

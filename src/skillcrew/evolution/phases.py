@@ -50,11 +50,6 @@ class PhaseMutationConfig:
     """Largest share of its weights that change; each change draws its own share below it."""
 
     def __post_init__(self) -> None:
-        if self.together + self.group > 1:
-            raise UserError(
-                f"phases.together = {self.together} and phases.group = {self.group}: their sum is above 1; "
-                "lower one of them"
-            )
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if field.name in ("deviation", "network_deviation"):
@@ -62,6 +57,11 @@ class PhaseMutationConfig:
                     raise UserError(f"phases.{field.name} = {value}: give a number of at least 0")
             elif not 0 <= value <= 1:
                 raise UserError(f"phases.{field.name} = {value}: give a probability between 0 and 1")
+        if self.together + self.group > 1:
+            raise UserError(
+                f"phases.together = {self.together} and phases.group = {self.group}: their sum is above 1; "
+                "lower one of them"
+            )
 
 
 class PhaseVariation:
@@ -139,14 +139,14 @@ class PhaseVariation:
         Args:
             kin: who began with the same timetable as whom.
         """
-        key_whether, key_scope, key_group, key_share, key_each = jax.random.split(key, 5)
-        scope = jax.random.uniform(key_scope)
+        # One draw for all: each random operation of its own takes XLA long to compile.
+        draw = jax.random.uniform(key, (4 + self.networks,))
+        whether, scope, member, share = draw[:4]
         together, group = self.config.together, self.config.together + self.config.group
-        some = jax.random.uniform(key_each, (self.networks,))
-        some = (some < jax.random.uniform(key_share)) | (some == some.min())
-        of_group = kin[jax.random.randint(key_group, (), 0, self.networks)]
+        some = (draw[4:] < share) | (draw[4:] == draw[4:].min())
+        of_group = kin[jnp.floor(member * self.networks).astype(jnp.int32)]
         who = jnp.where(scope < together, True, jnp.where(scope < group, of_group, some))
-        return who & jax.random.bernoulli(key_whether, probability)
+        return who & (whether < probability)
 
     def _change_network(
         self,
@@ -157,11 +157,13 @@ class PhaseVariation:
         config = self.config
         key_who, key_share, key_which, key_noise = jax.random.split(key, 4)
         count = weights.shape[1]
-        share = jnp.exp(jnp.log(config.network_share * count) * jax.random.uniform(key_share)) / count
+        # Uniform in its logarithm, from a single weight up.
+        share = jnp.maximum(config.network_share * count, 1.0) ** jax.random.uniform(key_share) / count
+        share = jnp.minimum(share, config.network_share)
         change = jax.random.bernoulli(key_which, share, (count,))
         noise = config.network_deviation * jax.random.normal(key_noise, (count,))
         who = self._who(key_who, config.network, kin)
-        return jnp.where(who[:, None] & change, weights + noise, weights)
+        return jnp.where(who[:, None] & change[None], weights + noise[None], weights)
 
     def _split(self, genome: Float[Array, " genes"]) -> tuple[Timetables, Float[Array, "networks weights"]]:
         rows = genome.reshape(self.networks, -1)
@@ -183,11 +185,11 @@ class PhaseVariation:
 
 def cut_in_time(cut: Int[Array, ""], first: Timetables, second: Timetables) -> Timetables:
     """The first `cut` phases of one and the others of the other, which keep the times at which they end."""
-    early = jnp.arange(first.lengths.shape[1]) < cut
+    early = jnp.arange(first.lengths.shape[1])[None] < cut
     ends, later = (jnp.cumsum(jnp.maximum(each.lengths, 0.0), axis=1) for each in (first, second))
     ends = jax.lax.cummax(jnp.where(early, ends, later), axis=1)
     lengths = jnp.diff(ends, axis=1, prepend=0.0)
-    return Timetables(jnp.where(early[:, None], first.scores, second.scores), lengths)
+    return Timetables(jnp.where(early[:, :, None], first.scores, second.scores), lengths)
 
 
 def change_skills(key: Key[Array, ""], old: Timetables) -> Timetables:
@@ -232,24 +234,26 @@ def shift(key: Key[Array, ""], old: Timetables) -> Timetables:
 
 
 def move_border(key: Key[Array, ""], old: Timetables, deviation: float) -> Timetables:
-    """One phase longer and the next shorter by as much, or the other way round."""
+    """One phase longer and the next shorter by as much, or the other way round; a lone one stays as it is."""
     key_phase, key_by = jax.random.split(key)
     phases = old.lengths.shape[1]
-    phase = jax.random.randint(key_phase, (), 0, max(phases - 1, 1))
+    if phases == 1:
+        return old
+    phase = jax.random.randint(key_phase, (), 0, phases - 1)
     by = deviation * jax.random.normal(key_by)
     lengths = old.lengths
     # Neither becomes shorter than nothing.
-    by = jnp.clip(by, -lengths[:, phase], lengths[:, jnp.minimum(phase + 1, phases - 1)])
+    by = jnp.clip(by, -lengths[:, phase], lengths[:, phase + 1])
     place = jnp.arange(phases)
-    moves = (place == phase).astype(lengths.dtype) - (place == phase + 1)
-    return Timetables(old.scores, lengths + by[:, None] * moves)
+    moves = jnp.where(place == phase, 1.0, jnp.where(place == phase + 1, -1.0, 0.0))
+    return Timetables(old.scores, lengths + by[:, None] * moves[None])
 
 
 def stretch(key: Key[Array, ""], old: Timetables, deviation: float) -> Timetables:
     """One phase longer or shorter, and all after it later or earlier."""
     key_phase, key_by = jax.random.split(key)
     phases = old.lengths.shape[1]
-    changed = jnp.arange(phases) == jax.random.randint(key_phase, (), 0, phases)
+    changed = jnp.arange(phases)[None] == jax.random.randint(key_phase, (), 0, phases)
     by = deviation * jax.random.normal(key_by)
     return Timetables(old.scores, jnp.where(changed, jnp.maximum(old.lengths + by, 0.0), old.lengths))
 
@@ -258,7 +262,7 @@ def _choose(
     scores: Float[Array, "networks phases skills"], where: Bool[Array, " phases"], skill: Int[Array, ""]
 ) -> Float[Array, "networks phases skills"]:
     chosen = (jnp.arange(scores.shape[-1]) == skill).astype(scores.dtype)
-    return jnp.where(where[:, None], chosen, scores)
+    return jnp.where(where[None, :, None], chosen[None, None], scores)
 
 
 def _where(who: Bool[Array, " networks"], new: Timetables, old: Timetables) -> Timetables:

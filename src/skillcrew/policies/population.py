@@ -61,6 +61,6 @@ def groups(key: Key[Array, ""], members: int, alike: float) -> Int[Array, " memb
         alike: probability of a single group; of two if not, and so on up to a group for each member.
     """
     key_number, key_deal = jax.random.split(key)
-    more = (1 - alike) ** jnp.arange(1, members)
+    more = (1 - alike) ** jnp.arange(1.0, members)
     number = 1 + (jax.random.uniform(key_number) < more).sum(dtype=jnp.int32)
     return jax.random.permutation(key_deal, members) % number

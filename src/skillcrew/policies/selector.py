@@ -28,13 +28,18 @@ class SelectorConfig(PolicyConfig):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.phases < 0:
-            raise UserError(f"phases = {self.phases}: give a number of phases, or 0 for no timetable")
+            raise UserError(
+                f"selector.phases = {self.phases}: give a number of phases, or 0 for no timetable"
+            )
         if self.reactive and not self.phases:
-            raise UserError("reactive = True: there is no timetable to react on; set phases to at least 1")
+            raise UserError(
+                "selector.reactive = True: there is no timetable to react on; set selector.phases to at "
+                "least 1"
+            )
         if not 0 <= self.alike <= 1:
-            raise UserError(f"alike = {self.alike}: give a probability between 0 and 1")
+            raise UserError(f"selector.alike = {self.alike}: give a probability between 0 and 1")
         if self.hold < 1:
-            raise UserError(f"hold = {self.hold}: give at least 1 step")
+            raise UserError(f"selector.hold = {self.hold}: give at least 1 step")
 
     @classmethod
     def of(cls, policy: PolicyConfig) -> "SelectorConfig":
