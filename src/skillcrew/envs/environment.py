@@ -45,8 +45,8 @@ class Environment(abc.ABC):
     """Names of the skills, in the order of the last axis of `TimeStep.local_rewards`."""
     input_scaling: ObservationScaling = "symlog"
     """What suits the observations, unless a network's own configuration says otherwise. "symlog":
-    sign(x)·log(1 + |x|), linear near 0 and gentle with large numbers, for offsets, speeds and the like (Hafner
-    et al. 2023). "sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ. "none": as they come."""
+    sign(x)·log(1 + |x|), linear near 0 and gentle with large numbers, for offsets, speeds and the like
+    (Hafner et al. 2023). "sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ. "none": as they are."""
 
     @abc.abstractmethod
     def reset(self, key: Key[Array, ""]) -> tuple[PyTree, Float[Array, "agents obs"]]:
