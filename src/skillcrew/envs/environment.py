@@ -46,7 +46,7 @@ class Environment(abc.ABC):
     input_scaling: ObservationScaling = "symlog"
     """What suits the observations, unless a network's own configuration says otherwise. "symlog":
     sign(x)·log(1 + |x|), linear near 0 and gentle with large numbers, for offsets, speeds and the like
-    (Hafner et al. 2023). "sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ. "none": as they are."""
+    (Hafner et al. 2023). "sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ. "none": unchanged."""
 
     @abc.abstractmethod
     def reset(self, key: Key[Array, ""]) -> tuple[PyTree, Float[Array, "agents obs"]]:
