@@ -34,8 +34,8 @@ WORLD = RoverConfig(
     team_reward="fraction",
 )
 ACTORS = {
-    "plain": PolicyConfig(hidden=(8,)),
-    "remembering and shared": PolicyConfig(hidden=(8,), memory=6, sharing="team"),
+    "plain": PolicyConfig((8,), "sqrt"),
+    "remembering and shared": PolicyConfig((8,), "sqrt", memory=6, sharing="team"),
 }
 
 

@@ -49,9 +49,9 @@ CONFIG = MADySConfig(
     exploration_noise=0.0,
     buffer_capacity=1500,
     skills=NAMES,
-    selector=SelectorConfig(hidden=(6,)),
+    selector=SelectorConfig((6,), "sqrt"),
     evolution=EvolutionConfig(elites=2),
-    learner=TD3Config(batch_size=16, network=NetworkConfig(hidden=(5,))),
+    learner=TD3Config(batch_size=16, network=NetworkConfig((5,), "sqrt")),
     plateau=PlateauConfig(window=4, earliest=0),
 )
 

@@ -5,11 +5,14 @@ from typing import Any
 
 import pytest
 
+import skillcrew as sc
 from oracles.refusals import refusal
+from oracles.toy import Toy
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class, make_algorithm
 from skillcrew.envs.presets import make
 from skillcrew.errors import UserError
+from skillcrew.policies.selector import SelectorConfig
 
 ENV = make("rover-t2-c1", episode_length=10)
 
@@ -61,7 +64,7 @@ def test_overrides_replace_fields_of_the_configuration() -> None:
 def test_algorithms_are_found_by_name() -> None:
     assert algorithm_class("madys") is MADyS
     assert isinstance(make_algorithm("madys", ENV), MADyS)
-    evolving = {"madys", "madys-plus", "mfl", "ea", "ccea", "merl", "erl", "cerl"}
+    evolving = {"madys", "madys-plus", "madys-es", "open-loop", "mfl", "ea", "ccea", "merl", "erl", "cerl"}
     assert set(ALGORITHMS) == evolving | {"td3", "ddpg"}
     assert all(kind.name == name for name, kind in ALGORITHMS.items())
     assert len({kind.label for kind in ALGORITHMS.values()}) == len(ALGORITHMS), (
@@ -69,3 +72,23 @@ def test_algorithms_are_found_by_name() -> None:
     )
     with pytest.raises(UserError, match="unknown algorithm 'madis'; valid, nearest first: madys"):
         algorithm_class("madis")
+
+
+@pytest.mark.parametrize(("names", "expected"), [(None, "symlog"), ("sqrt", "sqrt"), ("none", "none")])
+def test_the_environment_says_how_its_observations_are_scaled(names: str | None, expected: str) -> None:
+    env = Toy()
+    if names:
+        env.input_scaling = names
+    madys = MADyS(env).config
+    assert madys.selector.input_scaling == madys.learner.network.input_scaling == expected
+    assert make_algorithm("ea", env).config.actor.input_scaling == expected
+    assert make_algorithm("merl", env).config.learner.network.input_scaling == expected
+    assert sc.make("rover-t2-c1").input_scaling == "sqrt"
+
+
+def test_a_network_may_say_otherwise_than_the_environment() -> None:
+    madys = MADyS(Toy(), selector=SelectorConfig(input_scaling="none"))
+    assert (madys.config.selector.input_scaling, madys.config.learner.network.input_scaling) == (
+        "none",
+        "symlog",
+    )

@@ -50,7 +50,7 @@ CONFIG = SearchConfig(
 )
 RACE = dataclasses.replace(CONFIG, race=RaceConfig(FINALISTS, MORE))
 CODEC = GenomeCodec(
-    lambda key: MemoryNetwork.create(key, ENV.observation_size, 2, PolicyConfig(hidden=(8,))), AGENTS
+    lambda key: MemoryNetwork.create(key, ENV.observation_size, 2, PolicyConfig((8,), "sqrt")), AGENTS
 )
 
 

@@ -254,7 +254,7 @@ def test_groups_of_types_arrive(no_training):
 def test_no_options_mean_the_defaults_of_the_library(no_training):
     assert call(TRAIN) == 0
     (algorithm, options), *_ = no_training
-    assert algorithm.config == sc.MADySConfig()
+    assert algorithm.config == sc.MADyS(algorithm.env).config
     assert algorithm.env.config == PRESETS["rover-t2-c1"]
     assert RunConfig(tuple(options.seeds), options.steps, **options.run_config()) == RunConfig()
 

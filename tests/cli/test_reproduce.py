@@ -211,7 +211,7 @@ def test_another_configuration_is_refused_and_nothing_changed(tmp_path, capsys):
     [
         ([], ["FIGURE is missing", "usage: skillcrew reproduce FIGURE"]),
         (["--seeds", "2"], ["FIGURE is missing"]),
-        (["fig4.2"], ["unknown figure 'fig4.2'", "first: fig-4.2, fig-4.3, rover-t2-c1"]),
+        (["fig4.2"], ["unknown figure 'fig4.2'", "first: fig-4.2, fig-4.3, frontier"]),
         (["fig-4.2", "--budget", "0"], ["--budget 0.0", "share above 0 and up to 1"]),
         (["fig-4.2", "--budget", "1.5"], ["--budget 1.5", "share above 0 and up to 1"]),
         (["all", "--budget", "nan"], ["--budget nan", "share above 0 and up to 1"]),

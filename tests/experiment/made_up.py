@@ -13,12 +13,15 @@ from skillcrew.experiment.metrics import MetricsLog
 EPISODES = 20
 METHODS = ("madys", "mfl", "ea")
 FIGURES = {"fig-4.2": ("rover-t2-c1", "rover-t2-c2"), "fig-4.3": ("rover-t3-c1",)}
-STEPS = {"rover-t2-c1": 8000, "rover-t2-c2": 6000, "rover-t3-c1": 9000}
+STEPS = {
+    name: {METHODS: steps}
+    for name, steps in {"rover-t2-c1": 8000, "rover-t2-c2": 6000, "rover-t3-c1": 9000}.items()
+}
 
 
 def shrink(monkeypatch, resamples: int = 40) -> None:
     """Three methods in two environments and in one, each of a few thousand steps; quick bootstraps."""
-    for name, value in {"METHODS": METHODS, "FIGURES": FIGURES, "STEPS": STEPS, "LEAST_STEPS": 100}.items():
+    for name, value in {"FIGURES": FIGURES, "STEPS": STEPS, "LEAST_STEPS": 100}.items():
         monkeypatch.setattr(f"skillcrew.experiment.reproduction.{name}", value)
     monkeypatch.setattr("skillcrew.analysis.comparison.RESAMPLES", resamples)
 

@@ -286,7 +286,7 @@ def test_a_partly_given_group_keeps_the_algorithms_own_defaults_for_the_rest(tmp
     path = tmp_path / "smaller.yaml"
     path.write_text("algorithm: {name: madys, learner: {network: {hidden: [5]}}, plateau: {window: 7}}\n")
     config = algorithm_from_yaml(path, sc.make("rover-t2-c1")).config
-    default = sc.MADySConfig()
+    default = sc.MADyS(sc.make("rover-t2-c1")).config
     assert config.learner.network.hidden == (5,)
     assert config.learner == dataclasses.replace(
         default.learner, network=dataclasses.replace(default.learner.network, hidden=(5,))

@@ -42,7 +42,7 @@ def test_the_six_configurations_of_the_thesis_with_every_method(everything):
         steps = steps_of(one.environment)[one.method]
         assert one.config == RunConfig(seeds=(2000, 2001, 2002, 2003, 2004), steps=steps)
         # Nothing but the length of a pre-training ever differs from the defaults.
-        assert one.algorithm.config == ALGORITHMS[one.method].config_class()
+        assert one.algorithm.config == ALGORITHMS[one.method](one.algorithm.env).config
 
 
 def test_a_figure_has_its_environments(everything):

@@ -28,11 +28,15 @@ def gated_recurrent_unit(unit: Any, x: np.ndarray, h: np.ndarray) -> np.ndarray:
     return update * h + (1 - update) * candidate
 
 
+def scaled(seen: np.ndarray, scaling: str) -> np.ndarray:
+    """What a network makes of its input before the first layer."""
+    size = np.abs(seen)
+    return np.sign(seen) * {"sqrt": 2 * np.sqrt(size), "symlog": np.log(1 + size), "none": size}[scaling]
+
+
 def remember(network: Any, observation: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The outputs of one `MemoryNetwork` and its new memory, without a recurrent unit as well."""
-    seen = np.asarray(observation, np.float64)
-    if network.input_scaling == "sqrt":
-        seen = 2 * np.sign(seen) * np.sqrt(np.abs(seen))
+    seen = scaled(np.asarray(observation, np.float64), network.input_scaling)
     if network.unit is not None:
         memory = gated_recurrent_unit(network.unit, seen, memory)
         seen = np.concatenate([seen, memory])

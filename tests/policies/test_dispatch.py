@@ -16,7 +16,7 @@ apply = quick_jit(apply_skills)
 
 
 def skills_of(key) -> Actor:
-    create = jax.vmap(lambda k: Actor.create(k, OBSERVATION, ACTION, NetworkConfig(hidden=(6,))))
+    create = jax.vmap(lambda k: Actor.create(k, OBSERVATION, ACTION, NetworkConfig((6,), "sqrt")))
     return create(jax.random.split(key, SKILLS))
 
 

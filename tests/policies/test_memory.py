@@ -33,7 +33,7 @@ def drawn(create: Callable[[Any], Any], count: int, seed: int) -> Any:
 
 
 def networks_of(count: int, outputs: int, seed: int = 0, **fields: Any) -> MemoryNetwork:
-    config = PolicyConfig(**{"hidden": (6,), "memory": UNITS, **fields})
+    config = PolicyConfig(**{"hidden": (6,), "memory": UNITS, "input_scaling": "sqrt", **fields})
     return drawn(lambda key: MemoryNetwork.create(key, OBSERVATION, outputs, config), count, seed)
 
 
@@ -45,7 +45,7 @@ def observations(seed: int = 1, steps: int = STEPS) -> np.ndarray:
     return np.random.default_rng(seed).normal(0, 2, (steps, AGENTS, OBSERVATION)).astype(np.float32)
 
 
-@pytest.mark.parametrize("scaling", ["sqrt", "none"])
+@pytest.mark.parametrize("scaling", ["symlog", "sqrt", "none"])
 def test_a_recurrent_network_equals_the_equations_step_by_step(scaling: str) -> None:
     network = at(networks_of(1, OUTPUTS, input_scaling=scaling), 0)
     call = quick_jit(MemoryNetwork.__call__)
@@ -117,7 +117,7 @@ def test_a_team_of_selectors_acts_as_its_agents_would_alone(count: int, memory_u
             assert int(choice[agent]) == scores.argmax()
             skill = at(team.skills, int(choice[agent]))
             expected = np.tanh(
-                remember(MemoryNetwork(skill.network, None, "sqrt"), seen[agent], np.zeros(0))[0]
+                remember(MemoryNetwork(skill.network, None, skill.input_scaling), seen[agent], np.zeros(0))[0]
             )
             np.testing.assert_allclose(action[agent], expected, rtol=1e-4, atol=1e-5)
             chosen.add(int(choice[agent]))

@@ -16,6 +16,7 @@ from skillcrew.policies.selector import Selector
 
 OBSERVATION = np.array([0.25, -4.0, 0.0, 1.0, 9.0], np.float32)
 SCALED = np.array([1.0, -4.0, 0.0, 2.0, 6.0])
+SYMLOG = np.sign(OBSERVATION) * np.log1p(np.abs(OBSERVATION))
 ACTION = np.array([0.5, -0.25], np.float32)
 
 
@@ -34,12 +35,19 @@ def with_biases(policy):
     return type(policy)(network, policy.input_scaling)
 
 
+def test_symlog_is_linear_near_zero_and_logarithmic_far_from_it_as_is_what_nobody_scales() -> None:
+    seen = jnp.array([-1e6, -3.0, -1e-4, 0.0, 1e-4, 3.0, 1e6])
+    expected = [-np.log1p(1e6), -np.log(4), -1e-4, 0.0, 1e-4, np.log(4), np.log1p(1e6)]
+    assert NetworkConfig().scaling == "symlog"
+    np.testing.assert_allclose(scale_input(seen, "symlog"), expected, rtol=1e-3)
+
+
 def test_sqrt_scaling_is_twice_the_signed_root() -> None:
     np.testing.assert_allclose(scale_input(jnp.asarray(OBSERVATION), "sqrt"), SCALED)
     np.testing.assert_array_equal(scale_input(jnp.asarray(OBSERVATION), "none"), OBSERVATION)
 
 
-@pytest.mark.parametrize(("scaling", "seen"), [("sqrt", SCALED), ("none", OBSERVATION)])
+@pytest.mark.parametrize(("scaling", "seen"), [("sqrt", SCALED), ("none", OBSERVATION), ("symlog", SYMLOG)])
 def test_policies_and_critics_equal_numpy(scaling, seen) -> None:
     config = NetworkConfig(hidden=(7, 4), input_scaling=scaling)
     actor = with_biases(Actor.create(jax.random.key(0), 5, 2, config))
@@ -78,4 +86,4 @@ def test_impossible_layers_are_refused(hidden) -> None:
 def test_unknown_scaling_is_refused_with_the_valid_ones() -> None:
     message = refusal(unhooked(network).NetworkConfig, input_scaling="sqr")
     assert "input_scaling 'sqr'" in message
-    assert message.endswith("sqrt, none")
+    assert all(name in message for name in ("environment", "symlog", "sqrt", "none"))

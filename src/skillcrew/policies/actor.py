@@ -4,15 +4,16 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Key
 
+from skillcrew.envs.environment import ObservationScaling
 from skillcrew.policies.heads import MultiHead
-from skillcrew.policies.network import MLP, InputScaling, NetworkConfig, scale_input
+from skillcrew.policies.network import MLP, NetworkConfig, scale_input
 
 
 class Actor(eqx.Module):
     """From one agent's observation to its primitive action in [-1, 1] (μ_θ, or Π_k for a skill)."""
 
     network: MLP | MultiHead
-    input_scaling: InputScaling = eqx.field(static=True)
+    input_scaling: ObservationScaling = eqx.field(static=True)
 
     @classmethod
     def create(
@@ -30,7 +31,7 @@ class Actor(eqx.Module):
         """
         sizes = (observation_size, *config.hidden, action_size)
         network = MultiHead.create(key, sizes, heads) if heads else MLP.create(key, sizes)
-        return cls(network, config.input_scaling)
+        return cls(network, config.scaling)
 
     def __call__(self, observation: Float[Array, " obs"]) -> Float[Array, " act"]:
         return jnp.tanh(self.before_squashing(observation))

@@ -4,21 +4,22 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Key
 
-from skillcrew.policies.network import MLP, InputScaling, NetworkConfig, scale_input
+from skillcrew.envs.environment import ObservationScaling
+from skillcrew.policies.network import MLP, NetworkConfig, scale_input
 
 
 class Critic(eqx.Module):
     """From an observation and an action to the discounted return expected from there (Q_φ)."""
 
     network: MLP
-    input_scaling: InputScaling = eqx.field(static=True)
+    input_scaling: ObservationScaling = eqx.field(static=True)
 
     @classmethod
     def create(
         cls, key: Key[Array, ""], observation_size: int, action_size: int, config: NetworkConfig
     ) -> "Critic":
         sizes = (observation_size + action_size, *config.hidden, 1)
-        return cls(MLP.create(key, sizes), config.input_scaling)
+        return cls(MLP.create(key, sizes), config.scaling)
 
     def __call__(self, observation: Float[Array, " obs"], action: Float[Array, " act"]) -> Float[Array, ""]:
         inputs = jnp.concatenate([scale_input(observation, self.input_scaling), action])

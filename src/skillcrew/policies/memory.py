@@ -9,10 +9,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Key, PyTree
 
+from skillcrew.envs.environment import ObservationScaling
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.heads import MultiHead
-from skillcrew.policies.network import MLP, InputScaling, NetworkConfig, scale_input
+from skillcrew.policies.network import MLP, NetworkConfig, scale_input
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,7 +48,7 @@ class MemoryNetwork(eqx.Module):
 
     network: MLP | MultiHead
     unit: eqx.nn.GRUCell | None
-    input_scaling: InputScaling = eqx.field(static=True)
+    input_scaling: ObservationScaling = eqx.field(static=True)
 
     @classmethod
     def create(
@@ -56,10 +57,10 @@ class MemoryNetwork(eqx.Module):
         """Draws a network; the recurrent unit's weights are uniform, as Equinox draws them."""
         sizes = (observation_size + config.memory, *config.hidden, outputs)
         if not config.memory:
-            return cls(MLP.create(key, sizes), None, config.input_scaling)
+            return cls(MLP.create(key, sizes), None, config.scaling)
         key_network, key_unit = jax.random.split(key)
         unit = eqx.nn.GRUCell(observation_size, config.memory, key=key_unit)
-        return cls(MLP.create(key_network, sizes), unit, config.input_scaling)
+        return cls(MLP.create(key_network, sizes), unit, config.scaling)
 
     @classmethod
     def of_actor(cls, actor: Actor) -> "MemoryNetwork":

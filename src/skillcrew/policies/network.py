@@ -9,9 +9,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Key
 
+from skillcrew.envs.environment import Environment, ObservationScaling
 from skillcrew.errors import UserError, unknown_name
 
-InputScaling = Literal["environment", "symlog", "sqrt", "none"]
+InputScaling = Literal["environment"] | ObservationScaling
+NAMES = ("environment", *get_args(ObservationScaling))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,25 +23,30 @@ class NetworkConfig:
     hidden: tuple[int, ...] = (64, 64)
     """Units of each hidden layer (rectified linear); none for a linear map."""
     input_scaling: InputScaling = "environment"
-    """"environment": the one of the next three that the environment names ("symlog" if it names none).
+    """"environment": the one of the next three that the environment names, "symlog" if it names none.
     "symlog": sign(x)·log(1 + |x|). "sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ. "none": as
     it comes."""
 
     def __post_init__(self) -> None:
         if any(not isinstance(size, int) or size < 1 for size in self.hidden):
             raise UserError(f"hidden = {self.hidden}: give each layer at least 1 unit, or no layer at all")
-        if self.input_scaling not in get_args(InputScaling):
-            raise unknown_name("input_scaling", str(self.input_scaling), get_args(InputScaling))
+        if self.input_scaling not in NAMES:
+            raise unknown_name("input_scaling", str(self.input_scaling), NAMES)
+
+    @property
+    def scaling(self) -> ObservationScaling:
+        """What a network made of this does with its input."""
+        return Environment.input_scaling if self.input_scaling == "environment" else self.input_scaling
 
 
-def scale_input(x: Float[Array, "*any"], scaling: InputScaling) -> Float[Array, "*any"]:
+def scale_input(x: Float[Array, "*any"], scaling: ObservationScaling) -> Float[Array, "*any"]:
     """Brings observations to the scale on which networks learn; see `NetworkConfig.input_scaling`."""
     match scaling:
         case "none":
             return x
         case "sqrt":
             return 2 * jnp.sign(x) * jnp.sqrt(jnp.abs(x))
-        case _:
+        case "symlog":
             return jnp.sign(x) * jnp.log1p(jnp.abs(x))
 
 

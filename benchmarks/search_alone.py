@@ -1,0 +1,122 @@
+"""The search alone, on the skills that a run ended with: what each part of MADyS+ is worth.
+
+    python -m benchmarks.search_alone runs/plus [STEPS] > benchmarks/results/search_alone.md
+
+`runs/plus` is a run of MADyS+. The skills are those of its first seed; they do not learn any more, so that
+variants differ in nothing but how they search. Seeds 1, 2 and 3, which no published run uses.
+"""
+
+import dataclasses
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from benchmarks.machine import cpu_model
+
+import skillcrew as sc
+from skillcrew.algorithms.skill_teams import SkillTeams
+from skillcrew.analysis.comparison import steps_to
+from skillcrew.experiment.generation import COMPILER_OPTIONS, play
+
+SEEDS = (1, 2, 3)
+GENERATIONS, EPISODES, WINDOW = 5, 200, 3
+"""Between two scores; of a score; scores in the running mean that a threshold is read off."""
+
+
+class WithoutPhases(sc.MADySPlus):
+    """Timetables that are bred as if they were any network's weights."""
+
+    _vary = None  # type: ignore[assignment]
+
+
+def variants() -> Mapping[str, Callable[[Any], SkillTeams]]:
+    """By what is changed of MADyS+."""
+    plus = sc.MADySPlusConfig()
+
+    def of_selector(**changes: Any) -> Callable[[Any], SkillTeams]:
+        return lambda env: sc.MADySPlus(env, selector=dataclasses.replace(plus.selector, **changes))
+
+    def of_evolution(**changes: Any) -> Callable[[Any], SkillTeams]:
+        return lambda env: sc.MADySPlus(env, evolution=dataclasses.replace(plus.evolution, **changes))
+
+    scopes = dataclasses.replace(plus.evolution.phases, together=0.0, group=0.0)
+    return {
+        "MADyS+": sc.MADySPlus,
+        "without eyes (open loop)": of_selector(reactive=False),
+        "without eyes, one timetable for all": of_selector(reactive=False, sharing="team"),
+        "eyes with a hidden layer of 16": of_selector(hidden=(16,)),
+        "6 phases": of_selector(phases=6),
+        "plain mutation and crossover": WithoutPhases,
+        "nobody begins alike": of_selector(alike=0.0),
+        "all begin alike": of_selector(alike=1.0),
+        "changes of random parts of the team alone": of_evolution(phases=scopes),
+        "no challengers": of_evolution(challengers=0),
+        "fitness discounted by 0.98": lambda env: sc.MADySPlus(env, fitness_discount=0.98),
+        "a GRU and an evolution strategy (MADyS-ES)": sc.MADySES,
+        "a network that decides at every step (MADyS)": sc.MADyS,
+    }
+
+
+def search(algorithm: SkillTeams, skills: Any, steps: int) -> list[tuple[float, float, float]]:
+    """For each seed the steps to 0.5 and 0.9 (NaN: never), and the champion's success in the end."""
+
+    def begin(seed: Any) -> Any:
+        state = algorithm.init(jax.random.key(seed))
+        plateau = dataclasses.replace(
+            state.skills.plateau, stopped_at=jnp.zeros_like(state.skills.plateau.stopped_at)
+        )
+        learners = dataclasses.replace(state.skills.learners, target_actor=skills)
+        kept = dataclasses.replace(state.skills, learners=learners, plateau=plateau)
+        return dataclasses.replace(state, skills=kept)
+
+    def go_on(state: Any) -> Any:
+        state, measured = jax.lax.scan(lambda carry, _: algorithm.step(carry), state, length=GENERATIONS)
+        score = play(algorithm, algorithm.team(state), jax.random.fold_in(state.key, 0), EPISODES)
+        return state, measured["environment_steps"][-1], score.team_return().mean()
+
+    state = jax.jit(begin)(SEEDS[0])
+    program = jax.jit(go_on, donate_argnums=0).lower(state)
+    compiled = program.compile(COMPILER_OPTIONS.get(jax.default_backend()))
+    reached = []
+    for seed in SEEDS:
+        state, lived, scores = jax.jit(begin)(seed), [0], [0.0]
+        while lived[-1] < steps:
+            state, now, score = compiled(state)
+            lived.append(int(now))
+            scores.append(float(score))
+        half, most = (steps_to(np.array(lived), np.array(scores), at, WINDOW) for at in (0.5, 0.9))
+        reached.append((half, most, float(np.mean(scores[-5:]))))
+    return reached
+
+
+def main() -> int:
+    if len(sys.argv) not in (2, 3):
+        print(__doc__, file=sys.stderr)
+        return 2
+    run = sc.Run(Path(sys.argv[1]))
+    steps = round(float(sys.argv[2])) if len(sys.argv) == 3 else 4_000_000
+    env = run.algorithm.env
+    skills = run.champion(run.config.seeds[0]).skills
+    print(f"# The search alone, on trained skills of `{env.name}`\n\n{cpu_model()}\n")
+    seeds = ", ".join(map(str, SEEDS))
+    print(f"{steps / 1e6:g} M steps; seeds {seeds}. The last column: mean of the last five scores, each on")
+    print(f"{EPISODES} fresh episodes.\n")
+    print("| | million steps to 0.5 | to 0.9 | success in the end |\n|---|---|---|---|")
+    for name, make in variants().items():
+        columns = zip(*search(make(env), skills, steps), strict=True)
+        half, most, final = (list(column) for column in columns)
+        success = " ".join(f"{share:.3f}" for share in final)
+        print(f"| {name} | {_millions(half)} | {_millions(most)} | {success} |", flush=True)
+    return 0
+
+
+def _millions(steps: list[float]) -> str:
+    return " ".join("–" if np.isnan(one) else f"{one / 1e6:.2f}" for one in steps)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
