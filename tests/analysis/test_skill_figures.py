@@ -8,6 +8,7 @@ from matplotlib.colors import to_rgb
 
 from skillcrew.analysis import skill_figures as figures
 from skillcrew.analysis.skill_figures import readable_skill, skill_distribution
+from skillcrew.envs.presets import make
 from skillcrew.errors import UserError
 
 SKILLS = ("go_to_poi_A", "go_away_from_poi_A", "go_to_poi_B", "go_away_from_poi_B", "go_to_agent")
@@ -151,6 +152,11 @@ def test_colours_pair_the_skills_of_a_target_and_are_told_apart_by_the_colour_bl
         colour for i, colour in enumerate(figures.skill_colours(names)) if i not in (4, 5)
     ]
     assert figures.skill_colours(["hover", "land"])[0] != figures.skill_colours(["hover", "land"])[1]
+
+
+def test_every_skill_of_the_largest_preset_has_a_colour_of_its_own():
+    names = make("rover-t6-c3").skills
+    assert len(set(figures.skill_colours(names))) == len(names) == 14
 
 
 def test_nothing_to_draw_is_the_users_to_mend():

@@ -20,8 +20,9 @@ POI_COLOURS = (
     ("#009E73", "#B8EBC8"),
     ("#8E3A80", "#E0A8D6"),
     ("#B08900", "#FFE680"),
+    ("#5C3317", "#D7BFA8"),
 )
-"""Dark for going to a target, light for going away from it; blue, vermilion, green, purple, gold.
+"""Dark for going to a target, light for going away from it; blue, vermilion, green, purple, gold, brown.
 
 With the grey pair, the first three pairs keep a distance of 18 in CIELAB between any two colours,
 also as seen with deuteranopia, protanopia and tritanopia.
