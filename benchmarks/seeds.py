@@ -23,7 +23,7 @@ from skillcrew.experiment.generation import RunState
 
 PAGE = Path(__file__).parent / "results" / "seeds.md"
 SEEDS = (2000, 2001, 2002, 2003, 2004)
-CASES = tuple((method, name) for method in ("madys", "madys-plus") for name in ("rover-t2-c1", "rover-t3-c3"))
+CASES = tuple((method, name) for method in ("madys", "madys-es") for name in ("rover-t2-c1", "rover-t3-c3"))
 
 
 def program(method: str, environment: str, seeds: tuple[int, ...], generations: int) -> Any:
