@@ -112,6 +112,11 @@ MISTAKES = [
     ([*TRAIN, "--environment.parents", "B>A"], ["B>A", "TYPE:PARENT"]),
     ([*TRAIN, "--environment.simultaneous", "A,B"], ["a group needs at least two types"]),
     ([*TRAIN, "--environment.simultaneous", "A&B"], ["'A&B'", "TYPE+TYPE"]),
+    # Of a preset that has groups, which tyro by itself takes for options of their own.
+    (
+        ["train", "madys", "rover-t4-c3-simultaneous", "--environment.simultaneous", "A+E"],
+        ["unknown POI type in simultaneous 'E'; valid, nearest first: A, B, C, D"],
+    ),
     ([*TRAIN, "--environment.simultaneous", "A+B"], ["2 rovers at once", "n_agents = 1"]),
     ([*TRAIN, "--environment.order", "drawn", "--environment.parents", "none"], ["leave out parents"]),
     ([*TRAIN, "--environment.episode-length", "0"], ["episode_length = 0"]),

@@ -45,7 +45,7 @@ def run(words: list[str]) -> int:
 
 def _particulars(config: RoverConfig) -> str:
     """What a preset has beyond sizes."""
-    groups = " then ".join("+".join(group) for group in config.simultaneous)
+    groups = " then ".join("+".join(group) for group in config.simultaneous or ())
     said = {
         f"{groups} at once": config.simultaneous,
         "order drawn": config.order == "drawn",

@@ -90,4 +90,5 @@ _rule(
     parse_parents,
     format_parents,
 )
-_rule(lambda kind: kind == tuple[tuple[str, ...], ...], "A+B,C+D|none", parse_groups, format_groups)
+# With None: a default that is not empty would otherwise be taken apart into an option for each group.
+_rule(lambda kind: kind == tuple[tuple[str, ...], ...] | None, "A+B,C+D|none", parse_groups, format_groups)

@@ -39,7 +39,7 @@ class RoverConfig:
     """Rovers that must be within the activation distance of a POI in the same step."""
     parents: Mapping[str, tuple[str, ...]] | None = None
     """Types that must have been observed at an earlier step, per type. Default: the chain A, B, C…"""
-    simultaneous: tuple[tuple[str, ...], ...] = ()
+    simultaneous: tuple[tuple[str, ...], ...] | None = ()
     """Groups of types that count only when all types of the group are observed in the same step.
     The default chain then goes from group to group, in the order of their first types."""
     order: Literal["fixed", "drawn"] = "fixed"
@@ -83,7 +83,7 @@ class RoverConfig:
             object.__setattr__(self, "poi_values", _checked_values(self.poi_values, self.n_poi_types))
         if self.parents is not None:
             object.__setattr__(self, "parents", checked_parents(self.parents, self.type_names))
-        object.__setattr__(self, "simultaneous", checked_groups(self.simultaneous, self.type_names))
+        object.__setattr__(self, "simultaneous", checked_groups(self.simultaneous or (), self.type_names))
         self._check_order()
         self._check_rovers_suffice()
 
@@ -110,7 +110,7 @@ class RoverConfig:
     @property
     def group_indices(self) -> tuple[tuple[int, ...], ...]:
         """The types by what is observed at once, most by themselves, in an order in which they can be."""
-        groups = with_singles(self.simultaneous, self.type_names)
+        groups = with_singles(self.simultaneous or (), self.type_names)
         return tuple(self._indices(group) for group in sorted_by_parents(groups, self._graph))
 
     @property
@@ -122,7 +122,7 @@ class RoverConfig:
     def _graph(self) -> Graph:
         if self.parents is not None:
             return self.parents
-        return chain(with_singles(self.simultaneous, self.type_names))
+        return chain(with_singles(self.simultaneous or (), self.type_names))
 
     def _indices(self, names: Sequence[str]) -> tuple[int, ...]:
         return tuple(self.type_names.index(name) for name in names)
@@ -166,7 +166,7 @@ class RoverConfig:
             for field in ("parents", "simultaneous"):
                 if getattr(self, field) not in (None, ()):
                     raise UserError(f"order = 'drawn': each episode draws its own chain; leave out {field}")
-        groups = with_singles(self.simultaneous, self.type_names)
+        groups = with_singles(self.simultaneous or (), self.type_names)
         if waiting := waiting_forever(groups, self._graph):
             raise UserError(
                 f"simultaneous = {self.simultaneous}: {waiting} would wait for one another, with parents = "
