@@ -30,12 +30,12 @@ def told(folder: Path) -> dict[str, float]:
     return {variant: float(np.mean([share[variant] for share in shares])) for variant in shares[0]}
 
 
-def success(folder: Path) -> str:
+def success(folder: Path, steps: int) -> str:
     scores = folder / "report" / "scores.json"
     if not scores.is_file():
-        return "not run"
+        return "not run yet"
     seeds = [seed["mean"] for seed in json.loads(scores.read_text())["success_rate"]["per_seed"]]
-    return f"{np.mean(seeds):.3f} ({min(seeds):.3f} to {max(seeds):.3f})"
+    return f"{np.mean(seeds):.3f} ({min(seeds):.3f} to {max(seeds):.3f}) after {steps / 1e6:g} M"
 
 
 def main() -> int:
@@ -55,7 +55,7 @@ def main() -> int:
         ]
         budgets = steps_of(environment)
         for method in METHODS:
-            cells.append(f"{success(runs / environment / method)} after {budgets[method] / 1e6:g} M")
+            cells.append(success(runs / environment / method, budgets[method]))
         print(f"| `{environment}` | " + " | ".join(cells) + " |", flush=True)
     return 0
 

@@ -1,9 +1,10 @@
 """The search alone, on the skills that a run ended with: what each part of MADyS+ is worth.
 
-    python -m benchmarks.search_alone runs/plus [STEPS] > benchmarks/results/search_alone.md
+    python -m benchmarks.search_alone runs/plus [STEPS [VARIANTS]] > benchmarks/results/search_alone.md
 
 `runs/plus` is a run of MADyS+. The skills are those of its first seed; they do not learn any more, so that
-variants differ in nothing but how they search. Seeds 1, 2 and 3, which no published run uses.
+variants differ in nothing but how they search. Seeds 1, 2 and 3, which no published run uses. VARIANTS is how
+many of them, by default all; the first three are MADyS+ and timetables.
 """
 
 import dataclasses
@@ -94,11 +95,12 @@ def search(algorithm: SkillTeams, skills: Any, steps: int) -> list[tuple[float, 
 
 
 def main() -> int:
-    if len(sys.argv) not in (2, 3):
+    if not 2 <= len(sys.argv) <= 4:
         print(__doc__, file=sys.stderr)
         return 2
     run = sc.Run(Path(sys.argv[1]))
-    steps = round(float(sys.argv[2])) if len(sys.argv) == 3 else 4_000_000
+    steps = round(float(sys.argv[2])) if len(sys.argv) > 2 else 4_000_000
+    count = int(sys.argv[3]) if len(sys.argv) > 3 else None
     env = run.algorithm.env
     skills = run.champion(run.config.seeds[0]).skills
     print(f"# The search alone, on trained skills of `{env.name}`\n\n{cpu_model()}\n")
@@ -106,7 +108,7 @@ def main() -> int:
     print(f"{steps / 1e6:g} M steps; seeds {seeds}. The last column: mean of the last five scores, each on")
     print(f"{EPISODES} fresh episodes.\n")
     print("| | million steps to 0.5 | to 0.9 | success in the end |\n|---|---|---|---|")
-    for name, make in variants().items():
+    for name, make in list(variants().items())[:count]:
         columns = zip(*search(make(env), skills, steps), strict=True)
         half, most, final = (list(column) for column in columns)
         success = " ".join(f"{share:.3f}" for share in final)
