@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import skillcrew as sc
-from oracles.refusals import refusal
+from oracles.refusals import refusal, unhooked
 from oracles.rover_cases import quick_jit
 from oracles.two_phases import AGENTS, DOWN, LENGTH, TURN, UP, TwoPhases
+from skillcrew.algorithms import skill_teams
 from skillcrew.algorithms.skill_learning import SkillLearning
 from skillcrew.algorithms.skill_teams import SkillTeamsState
 from skillcrew.evolution.phases import PhaseVariation
@@ -201,3 +202,11 @@ def test_what_cannot_be_meant_is_refused_in_one_line(kind: Any, fields: Any, exp
 
 def test_a_phase_for_each_step_is_allowed() -> None:
     sc.MADyS(TwoPhases(), selector=sc.SelectorConfig(phases=LENGTH, alike=1.0, hold=LENGTH), **SMALL)
+
+
+def test_a_policys_configuration_is_a_selector_that_decides_at_every_step() -> None:
+    """As it was all that there was to say of a selector once."""
+    config = unhooked(skill_teams).SkillTeamsConfig(selector=sc.PolicyConfig((5,), memory=3, sharing="team"))
+    assert config.selector == sc.SelectorConfig((5,), memory=3, sharing="team")
+    committed = sc.SelectorConfig(phases=4)
+    assert sc.SelectorConfig.of(committed) is committed
