@@ -29,6 +29,10 @@ def test_the_chain_goes_from_group_to_group(n_types: int, groups: Any, chain: An
     assert config.group_indices == in_order
 
 
+def test_none_is_no_groups() -> None:
+    assert UnhookedConfig(simultaneous=None) == UnhookedConfig()
+
+
 def test_given_parents_stay_and_groups_come_in_an_order_in_which_they_can() -> None:
     config = UnhookedConfig(
         n_agents=2, n_poi_types=4, simultaneous=[["A", "D"]], parents={"A": ["C"], "B": ["D"]}
@@ -49,7 +53,7 @@ def test_given_parents_stay_and_groups_come_in_an_order_in_which_they_can() -> N
         (((),), "a group needs at least two types; leave out ()"),
         ("AB", "simultaneous = 'AB': give groups of types, such as (('A', 'B'), ('C', 'D'))"),
         (("A", "B"), "simultaneous = ('A', 'B'): give groups of types, such as"),
-        (None, "simultaneous = None: give groups of types"),
+        (0, "simultaneous = 0: give groups of types"),
         ((3,), "simultaneous = (3,): give groups of types"),
         ((("A", "B", "C"),), "the largest group takes 6 rovers at once, above n_agents = 5"),
     ],

@@ -83,7 +83,8 @@ class RoverConfig:
             object.__setattr__(self, "poi_values", _checked_values(self.poi_values, self.n_poi_types))
         if self.parents is not None:
             object.__setattr__(self, "parents", checked_parents(self.parents, self.type_names))
-        object.__setattr__(self, "simultaneous", checked_groups(self.simultaneous or (), self.type_names))
+        groups = () if self.simultaneous is None else checked_groups(self.simultaneous, self.type_names)
+        object.__setattr__(self, "simultaneous", groups)
         self._check_order()
         self._check_rovers_suffice()
 
