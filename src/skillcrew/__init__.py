@@ -28,6 +28,7 @@ from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.evolution.hall_of_fame import HallOfFameConfig
 from skillcrew.evolution.mutation import MutationConfig
 from skillcrew.evolution.phases import PhaseMutationConfig
+from skillcrew.evolution.restart import RestartConfig
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.run import Evaluation, Run, train
 from skillcrew.experiment.runner import Interrupted
@@ -79,6 +80,7 @@ __all__ = [
     "PolicyConfig",
     "RaceConfig",
     "ResourceConfig",
+    "RestartConfig",
     "RoverConfig",
     "Run",
     "SelectorConfig",

@@ -20,7 +20,7 @@ from skillcrew.algorithms.mfl import MFL, MFLConfig
 from skillcrew.algorithms.team_search import RaceConfig, SearchConfig, TeamSearch
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.world import RoverDomain
-from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState
+from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm
 from skillcrew.evolution.lineage import Lineage
 from skillcrew.learners.td3 import TD3Config
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
@@ -102,7 +102,8 @@ def raced() -> Raced:
 
     def generation(config: SearchConfig, key) -> tuple[Any, Any, Any]:
         search, first = recording(config), TeamSearch(ENV, CODEC, config).init(key)
-        state = GeneticState(first.genomes, Lineage(jnp.asarray(past), jnp.asarray(known)))
+        lineage = Lineage(jnp.asarray(past), jnp.asarray(known))
+        state = dataclasses.replace(first, lineage=lineage)
         lineup = search.lineup(state, search.start(jax.random.key(1)), make_team)
         episodes, _ = rollout(ENV, lineup, jax.random.key(2), recorded=slice(0))
         after, metrics = search.evolve(jax.random.key(3), state, episodes, make_team)

@@ -14,6 +14,7 @@ from skillcrew.evolution.evolver import Migrants
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState, next_generation
 from skillcrew.evolution.lineage import Lineage
 from skillcrew.evolution.mutation import MutationConfig
+from skillcrew.evolution.restart import Progress
 
 CASES, POPULATION, ELITES, GENES = 300, 11, 3, 6
 CROSSED = 6
@@ -48,7 +49,8 @@ def evolve(config: EvolutionConfig) -> dict[str, Any]:
     genomes = jnp.tile(jnp.arange(1.0, POPULATION + 1)[:, None], (1, GENES))
 
     def generation(key, past, known, fitness):
-        return next_generation(key, GeneticState(genomes, Lineage(past, known)), fitness, config)
+        state = GeneticState(genomes, Lineage(past, known), Progress.create(genomes[0]))
+        return next_generation(key, state, fitness, config)
 
     keys = jax.random.split(jax.random.key(1), CASES)
     after = quick_jit(jax.vmap(generation))(keys, past, known, fitness)
@@ -261,7 +263,9 @@ WEIGHTS = np.array([1.0, 5.0, 1.0, 5.0, 1.0, 1.0, 5.0], np.float32)
 
 def known_population() -> GeneticState:
     genomes = jnp.tile(jnp.arange(1.0, 8.0)[:, None], (1, GENES))
-    return GeneticState(genomes, Lineage(jnp.asarray(KNOWN), jnp.asarray(EVALUATIONS)))
+    return GeneticState(
+        genomes, Lineage(jnp.asarray(KNOWN), jnp.asarray(EVALUATIONS)), Progress.create(genomes[0])
+    )
 
 
 def test_a_population_begins_as_it_is_drawn_and_unknown() -> None:
@@ -306,7 +310,9 @@ def test_migrants_take_the_places_of_the_worst(arrive: bool) -> None:
     evolver = GeneticAlgorithm(CONFIG, draw)
     rng = np.random.default_rng(6)
     mean = jnp.asarray(rng.uniform(0, 1, POPULATION).astype(np.float32))
-    state = GeneticState(draw(jax.random.key(0), POPULATION), Lineage(mean, jnp.full(POPULATION, 4.0)))
+    genomes = draw(jax.random.key(0), POPULATION)
+    lineage = Lineage(mean, jnp.full(POPULATION, 4.0))
+    state = GeneticState(genomes, lineage, Progress.create(genomes[0]))
     fitness = jnp.asarray(rng.uniform(0, 1, POPULATION).astype(np.float32))
     newcomers = Migrants(jnp.full((2, GENES), 9.0), jnp.array([0.25, 0.5]), jnp.asarray(arrive))
     after, told, weights = evolver._admit(state, fitness, 1.0, newcomers)

@@ -165,13 +165,13 @@ def test_a_search_that_stalls_begins_anew_where_it_is_drawn(first) -> None:
     np.testing.assert_allclose(anew.mean, draw(key, 1)[0], rtol=1e-6)
     assert all(not leaf.any() for leaf in jax.tree.leaves(anew.optimiser))
     # It is as patient as the first.
-    assert int(states[5].waited) == 0
+    assert int(states[5].progress.waited) == 0
 
 
 def test_what_was_given_up_stays_the_champion_until_it_is_surpassed(first) -> None:
     states = tell(first, 0.3, 0.3, 0.3, 0.3, 0.1, 0.2, 0.35)
     assert jumps(states, first) == [False, False, False, True, False, False, False]
-    given_up = np.asarray(states[3].kept_mean)
+    given_up = np.asarray(states[3].progress.kept)
     # The mean of the last generation before, with the step that its fitness made.
     assert np.abs(given_up - np.asarray(states[2].mean)).max() < 0.1
     for state in states[3:6]:
@@ -183,8 +183,8 @@ def test_what_was_given_up_stays_the_champion_until_it_is_surpassed(first) -> No
 def test_a_worse_search_given_up_does_not_replace_the_kept_one(first) -> None:
     states = tell(first, 0.3, 0.3, 0.3, 0.3, *[0.1] * 4)
     assert jumps(states, first) == [False, False, False, True, False, False, False, True]
-    np.testing.assert_array_equal(states[-1].kept_mean, states[3].kept_mean)
-    assert float(states[-1].kept_fitness) == pytest.approx(0.3, abs=1e-6)
+    np.testing.assert_array_equal(states[-1].progress.kept, states[3].progress.kept)
+    assert float(states[-1].progress.kept_fitness) == pytest.approx(0.3, abs=1e-6)
 
 
 def test_a_good_search_never_begins_anew(first) -> None:

@@ -4,6 +4,7 @@ import dataclasses
 
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.evolution.genetic import EvolutionConfig
+from skillcrew.evolution.restart import RestartConfig
 from skillcrew.policies.selector import SelectorConfig
 
 
@@ -19,9 +20,9 @@ class MADySPlusConfig(MADySConfig):
     """Discount per step of the team reward in a team's fitness; see `SearchConfig`. Below 1, of two teams the
     quicker one wins although it succeeds less often."""
     evolution: EvolutionConfig = dataclasses.field(
-        default_factory=lambda: EvolutionConfig(elites=10, challengers=20)
+        default_factory=lambda: EvolutionConfig(elites=10, challengers=20, restart=RestartConfig(patience=40))
     )
-    """How the genetic algorithm breeds."""
+    """How the genetic algorithm breeds. Where it is stuck it begins anew: unready skills can mislead it."""
     selector: SelectorConfig = dataclasses.field(
         default_factory=lambda: SelectorConfig(hidden=(), phases=12, reactive=True, alike=0.5)
     )

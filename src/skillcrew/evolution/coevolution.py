@@ -46,6 +46,11 @@ class CoevolutionConfig:
                 f"population = {population}: no multiple of coevolution.teams = {self.teams}, so that each "
                 "individual could play in as many; change one of them"
             )
+        if evolution.restart.patience:
+            raise UserError(
+                f"evolution.restart.patience = {evolution.restart.patience}: evolver = coevolution never "
+                "begins anew; set it to 0"
+            )
         size = population // self.teams
         if size < evolution.smallest_population:
             raise UserError(

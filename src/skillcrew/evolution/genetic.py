@@ -13,6 +13,7 @@ from skillcrew.evolution.evolver import Draw, Migrants
 from skillcrew.evolution.lineage import Lineage
 from skillcrew.evolution.mutation import MutationConfig
 from skillcrew.evolution.phases import PhaseMutationConfig
+from skillcrew.evolution.restart import Progress, RestartConfig
 from skillcrew.evolution.selection import proportional, rank, tournament
 from skillcrew.evolution.variation import Variation, WeightVariation
 
@@ -50,6 +51,9 @@ class EvolutionConfig:
     challengers: int = 0
     """Others that survive unchanged, because their own mean fitness is the highest, however few evaluations
     it rests on: what one lucky evaluation promises is looked at again, but does not lead."""
+    restart: RestartConfig = dataclasses.field(default_factory=RestartConfig)
+    """When the search begins anew. Its fitness is the champion's, drawn to the population's mean by
+    `champion_prior`."""
 
     def __post_init__(self) -> None:
         if self.selection not in ("tournament", "proportional"):
@@ -93,10 +97,11 @@ class GeneticState(eqx.Module):
 
     genomes: Float[Array, "population genes"]
     lineage: Lineage
+    progress: Progress
 
     @classmethod
     def create(cls, genomes: Float[Array, "population genes"]) -> "GeneticState":
-        return cls(genomes, Lineage.create(genomes.shape[0]))
+        return cls(genomes, Lineage.create(genomes.shape[0]), Progress.create(genomes[0]))
 
 
 class GeneticAlgorithm:
@@ -129,7 +134,17 @@ class GeneticAlgorithm:
     ) -> GeneticState:
         if migrants is not None:
             state, fitness, evaluations = self._admit(state, fitness, evaluations, migrants)
-        return next_generation(key, state, fitness, self.config, evaluations, self._variation)
+        if not self.config.restart.patience:
+            return next_generation(key, state, fitness, self.config, evaluations, self._variation)
+        key, key_anew = jax.random.split(key)
+        state = next_generation(key, state, fitness, self.config, evaluations, self._variation)
+        anew = self._begin_anew(key_anew, state)
+        stalled = state.progress.stalled(self.config.restart)
+        return jax.tree.map(lambda new, old: jnp.where(stalled, new, old), anew, state)
+
+    def _begin_anew(self, key: Key[Array, ""], state: GeneticState) -> GeneticState:
+        anew = GeneticState.create(self._draw(key, state.genomes.shape[0]))
+        return dataclasses.replace(anew, progress=state.progress.begin_anew(state.genomes[0]))
 
     def _admit(
         self,
@@ -147,7 +162,7 @@ class GeneticAlgorithm:
             return jnp.where(migrants.arrive, old.at[worst].set(new), old)
 
         lineage = Lineage(state.lineage.mean, replaced(state.lineage.evaluations, 0.0))
-        admitted = GeneticState(replaced(state.genomes, migrants.genomes), lineage)
+        admitted = GeneticState(replaced(state.genomes, migrants.genomes), lineage, state.progress)
         evaluations = replaced(jnp.broadcast_to(evaluations, fitness.shape), 1.0)
         return admitted, replaced(fitness, migrants.fitness), evaluations
 
@@ -159,11 +174,12 @@ class GeneticAlgorithm:
 
     def champion(self, state: GeneticState) -> Float[Array, " genes"]:
         """The surest elite of the last evaluation; see `EvolutionConfig.champion_prior`."""
-        return state.genomes[0]
+        return state.progress.champion(state.genomes[0])
 
     def champion_fitness(self, state: GeneticState) -> Float[Array, ""]:
-        """The mean over its lineage."""
-        return state.lineage.mean[0]
+        """The mean over its lineage; what was known of it, if its search was given up."""
+        progress = state.progress
+        return jnp.where(progress.outdone, progress.kept_fitness, state.lineage.mean[0])
 
 
 def next_generation(
@@ -193,7 +209,8 @@ def next_generation(
     lineage = state.lineage.add(fitness, config.lineage_memory, evaluations)
     standing = lineage.standing(config.lineage_prior)
     elites = rank(standing)[: config.elites]
-    elites = elites[rank(lineage.standing(config.champion_prior)[elites])]
+    sure = lineage.standing(config.champion_prior)
+    elites = elites[rank(sure[elites])]
     promise = lineage.mean.at[elites].set(-jnp.inf)
     survivors = jnp.concatenate([elites, rank(promise)[: config.challengers]])
     if config.selection == "tournament":
@@ -213,5 +230,7 @@ def next_generation(
         jnp.concatenate([partners, copies]), jnp.where(is_new, config.lineage_inheritance, 1.0)
     )
     return GeneticState(
-        jnp.concatenate([state.genomes[survivors], genomes]), lineage.pick(survivors).concatenate(inherited)
+        jnp.concatenate([state.genomes[survivors], genomes]),
+        lineage.pick(survivors).concatenate(inherited),
+        state.progress.observe(sure[elites[0]], config.restart),
     )

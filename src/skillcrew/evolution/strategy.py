@@ -11,10 +11,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import optax
-from jaxtyping import Array, Float, Int, Key
+from jaxtyping import Array, Float, Key
 
 from skillcrew.errors import UserError
 from skillcrew.evolution.evolver import Draw
+from skillcrew.evolution.restart import Progress, RestartConfig
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,6 +47,11 @@ class StrategyConfig:
         if not self.tolerance >= 0:
             raise UserError(f"strategy.tolerance = {self.tolerance}: give a number of at least 0")
 
+    @property
+    def restart(self) -> RestartConfig:
+        """The same three, as a search's `Progress` takes them."""
+        return RestartConfig(self.patience, self.restart_below, self.tolerance)
+
     def check_population(self, population: int) -> None:
         """Raises `UserError` if a population of this size cannot be mirrored pairs."""
         if population < 2 or population % 2:
@@ -66,14 +72,8 @@ class StrategyState(eqx.Module):
     """Running average of the population's mean fitness."""
     evaluations: Float[Array, ""]
     """Generations that it stands for."""
-    peak: Float[Array, ""]
-    """Its highest value since the search began (anew)."""
-    waited: Int[Array, ""]
-    """Generations since then."""
-    kept_mean: Float[Array, " genes"]
-    """The best mean that was given up."""
-    kept_fitness: Float[Array, ""]
-    """What was known of its fitness; -1 if none was given up."""
+    progress: Progress
+    """Of that average, and the best mean that was given up."""
 
 
 class EvolutionStrategy:
@@ -93,10 +93,7 @@ class EvolutionStrategy:
             noise=jax.random.normal(key_noise, (population // 2, mean.shape[0])),
             fitness=jnp.zeros(()),
             evaluations=jnp.zeros(()),
-            peak=jnp.zeros(()),
-            waited=jnp.zeros((), jnp.int32),
-            kept_mean=mean,
-            kept_fitness=-jnp.ones(()),
+            progress=Progress.create(mean),
         )
 
     def genomes(self, state: StrategyState) -> Float[Array, "population genes"]:
@@ -128,39 +125,31 @@ class EvolutionStrategy:
             optimiser=optimiser,
             noise=jax.random.normal(key_noise, state.noise.shape),
         )
-        stalled = (state.waited >= self.config.patience) & (self.config.patience > 0)
-        anew = stalled & (state.fitness < self.config.restart_below)
-        return jax.tree.map(
-            lambda new, old: jnp.where(anew, new, old), self._begin_anew(key_anew, stepped), stepped
-        )
+        stalled = stepped.progress.stalled(self.config.restart)
+        anew = self._begin_anew(key_anew, stepped)
+        return jax.tree.map(lambda new, old: jnp.where(stalled, new, old), anew, stepped)
 
     def _observe(self, state: StrategyState, fitness: Float[Array, ""]) -> StrategyState:
         """Takes in one generation's mean fitness."""
         known = jnp.minimum(state.evaluations, self.config.fitness_memory - 1)
         average = (state.fitness * known + fitness) / (known + 1)
-        improved = average > state.peak + self.config.tolerance
         return dataclasses.replace(
             state,
             fitness=average,
             evaluations=known + 1,
-            peak=jnp.where(improved, average, state.peak),
-            waited=jnp.where(improved, 0, state.waited + 1),
+            progress=state.progress.observe(average, self.config.restart),
         )
 
     def _begin_anew(self, key: Key[Array, ""], state: StrategyState) -> StrategyState:
         """A new random mean; the given up one is kept if it is the best so far."""
         mean = self._draw(key, 1)[0]
-        better = state.fitness > state.kept_fitness
         return StrategyState(
             mean=mean,
             optimiser=self._optimiser.init(mean),
             noise=state.noise,
             fitness=jnp.zeros(()),
             evaluations=jnp.zeros(()),
-            peak=jnp.zeros(()),
-            waited=jnp.zeros((), jnp.int32),
-            kept_mean=jnp.where(better, state.mean, state.kept_mean),
-            kept_fitness=jnp.where(better, state.fitness, state.kept_fitness),
+            progress=state.progress.begin_anew(state.mean),
         )
 
     def standing(
@@ -171,11 +160,11 @@ class EvolutionStrategy:
 
     def champion(self, state: StrategyState) -> Float[Array, " genes"]:
         """The mean, or one that was given up and is not surpassed yet."""
-        return jnp.where(state.kept_fitness > state.fitness, state.kept_mean, state.mean)
+        return state.progress.champion(state.mean)
 
     def champion_fitness(self, state: StrategyState) -> Float[Array, ""]:
         """The mean fitness of the populations around it, which the noise makes worse than its own."""
-        return jnp.maximum(state.kept_fitness, state.fitness)
+        return jnp.maximum(state.progress.kept_fitness, state.fitness)
 
 
 def centred_ranks(fitness: Float[Array, " population"]) -> Float[Array, " population"]:

@@ -36,10 +36,11 @@ class GenomeCodec:
 
     def create(self, key: Key[Array, ""], population: int) -> Float[Array, "population genes"]:
         """Draws the genomes of a random population."""
+        if self._alike:
+            key, key_groups = jax.random.split(key)
         keys = jax.random.split(key, (population, self.networks))
         flat = jax.vmap(jax.vmap(lambda k: ravel_pytree(self._create(k))[0]))(keys)
         if self._alike:
-            key_groups = jax.random.fold_in(key, population)
             of_individual = jax.vmap(lambda k: groups(k, self.networks, self._alike))
             group = of_individual(jax.random.split(key_groups, population))
             flat = jnp.take_along_axis(flat, group[:, :, None], axis=1)
