@@ -37,9 +37,9 @@ OWN: dict[str, tuple[Any, ...]] = {
     "rover-t2-c2-tight": (2, 2, 2, 20),
     "rover-t3-c3-tight": (6, 3, 3, 35),
     "rover-t4-c3-simultaneous": (6, 4, 3, 60, dict(simultaneous=TWO_PAIRS)),
-    "rover-t3-c3-drawn": (6, 3, 3, 50, dict(order="drawn")),
-    "rover-t2-c2-moving": (2, 2, 2, 35, dict(poi_speed=0.5)),
-    "rover-t4-c3-breakdown": (7, 4, 3, 60, dict(simultaneous=TWO_PAIRS, breakdowns=1)),
+    "rover-t3-c3-drawn": (6, 3, 3, 30, dict(order="drawn")),
+    "rover-t2-c2-moving": (2, 2, 2, 25, dict(poi_speed=0.5)),
+    "rover-t4-c3-breakdown": (7, 4, 3, 45, dict(simultaneous=TWO_PAIRS, breakdowns=1)),
 }
 
 

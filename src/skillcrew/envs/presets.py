@@ -35,16 +35,16 @@ PRESETS: dict[str, RoverConfig] = {
         n_agents=6, n_poi_types=4, spatial_coupling=3, episode_length=60, simultaneous=_AB_THEN_CD
     ),
     "rover-t3-c3-drawn": RoverConfig(
-        n_agents=6, n_poi_types=3, spatial_coupling=3, episode_length=50, order="drawn"
+        n_agents=6, n_poi_types=3, spatial_coupling=3, episode_length=30, order="drawn"
     ),
     "rover-t2-c2-moving": RoverConfig(
-        n_agents=2, n_poi_types=2, spatial_coupling=2, episode_length=35, poi_speed=0.5
+        n_agents=2, n_poi_types=2, spatial_coupling=2, episode_length=25, poi_speed=0.5
     ),
     "rover-t4-c3-breakdown": RoverConfig(
         n_agents=7,
         n_poi_types=4,
         spatial_coupling=3,
-        episode_length=60,
+        episode_length=45,
         simultaneous=_AB_THEN_CD,
         breakdowns=1,
     ),
