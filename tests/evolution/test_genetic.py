@@ -14,7 +14,6 @@ from skillcrew.evolution.evolver import Migrants
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState, next_generation
 from skillcrew.evolution.lineage import Lineage
 from skillcrew.evolution.mutation import MutationConfig
-from skillcrew.evolution.restart import Progress
 
 CASES, POPULATION, ELITES, GENES = 300, 11, 3, 6
 CROSSED = 6
@@ -49,7 +48,7 @@ def evolve(config: EvolutionConfig) -> dict[str, Any]:
     genomes = jnp.tile(jnp.arange(1.0, POPULATION + 1)[:, None], (1, GENES))
 
     def generation(key, past, known, fitness):
-        state = GeneticState(genomes, Lineage(past, known), Progress.create(genomes[0]))
+        state = dataclasses.replace(GeneticState.create(genomes), lineage=Lineage(past, known))
         return next_generation(key, state, fitness, config)
 
     keys = jax.random.split(jax.random.key(1), CASES)
@@ -172,8 +171,8 @@ def test_champion_is_the_surest_elite_not_the_luckiest_evaluation(evolved) -> No
 
 def test_one_perfect_evaluation_does_not_outrank_ten_good_ones() -> None:
     lineage = Lineage(jnp.array([1.0, 0.9, 0.5, 0.4, 0.2]), jnp.array([1.0, 10.0, 1.0, 1.0, 1.0]))
-    assert int(jnp.argmax(lineage.standing(3.0))) == 1
-    assert int(jnp.argmax(lineage.standing(0.0))) == 0
+    assert int(jnp.argmax(lineage.standing(3.0, lineage.mean.mean()))) == 1
+    assert int(jnp.argmax(lineage.standing(0.0, lineage.mean.mean()))) == 0
 
 
 def test_crossed_children_begin_as_an_elite_and_end_as_their_other_parent(evolved) -> None:
@@ -263,8 +262,8 @@ WEIGHTS = np.array([1.0, 5.0, 1.0, 5.0, 1.0, 1.0, 5.0], np.float32)
 
 def known_population() -> GeneticState:
     genomes = jnp.tile(jnp.arange(1.0, 8.0)[:, None], (1, GENES))
-    return GeneticState(
-        genomes, Lineage(jnp.asarray(KNOWN), jnp.asarray(EVALUATIONS)), Progress.create(genomes[0])
+    return dataclasses.replace(
+        GeneticState.create(genomes), lineage=Lineage(jnp.asarray(KNOWN), jnp.asarray(EVALUATIONS))
     )
 
 
@@ -312,7 +311,7 @@ def test_migrants_take_the_places_of_the_worst(arrive: bool) -> None:
     mean = jnp.asarray(rng.uniform(0, 1, POPULATION).astype(np.float32))
     genomes = draw(jax.random.key(0), POPULATION)
     lineage = Lineage(mean, jnp.full(POPULATION, 4.0))
-    state = GeneticState(genomes, lineage, Progress.create(genomes[0]))
+    state = dataclasses.replace(GeneticState.create(genomes), lineage=lineage)
     fitness = jnp.asarray(rng.uniform(0, 1, POPULATION).astype(np.float32))
     newcomers = Migrants(jnp.full((2, GENES), 9.0), jnp.array([0.25, 0.5]), jnp.asarray(arrive))
     after, told, weights = evolver._admit(state, fitness, 1.0, newcomers)

@@ -19,7 +19,6 @@ from jax.experimental.compilation_cache import compilation_cache
 import skillcrew as sc
 from skillcrew.algorithms.ea import EA
 from skillcrew.algorithms.mfl import MFL
-from skillcrew.algorithms.team_search import RaceConfig
 from skillcrew.envs.environment import Environment, TimeStep
 from skillcrew.experiment.checkpoints import Checkpoints
 from skillcrew.experiment.generation import shapes
@@ -71,25 +70,27 @@ def tiny_madys(**overrides) -> sc.MADyS:
 
 
 def tiny_ea(**overrides) -> EA:
-    """Actors with memory, in the same small world, the best of which race."""
+    """Actors with memory, in the same small world, moved by a strategy."""
     fields = {
-        "population": 7,
+        "population": 8,
         "episodes": 2,
         "actor": PolicyConfig(hidden=(8,), memory=3),
-        "race": RaceConfig(finalists=3, episodes=2),
+        "evolver": "strategy",
     }
     return EA(sc.make("rover-t2-c2", episode_length=6, activation_distance=9.0), **{**fields, **overrides})
 
 
 def tiny_mfl(**overrides) -> MFL:
-    """One reactive timetable for both rovers, moved by a strategy once skills are trained for a while."""
+    """Reactive timetables that breed once skills are trained for a while, and begin anew again and again."""
     like = tiny_madys()
     same = ("episodes", "probe_episodes", "updates", "buffer_capacity", "skills", "learner")
     fields = {
         **{field: getattr(like.config, field) for field in same},
         "population": 8,
-        "selector": SelectorConfig(hidden=(8,), memory=3, sharing="team", phases=4, reactive=True, hold=2),
-        "evolver": "strategy",
+        "selector": SelectorConfig(hidden=(8,), memory=3, phases=4, reactive=True, alike=0.5, hold=2),
+        "evolution": sc.EvolutionConfig(
+            elites=2, challengers=2, restart=sc.RestartConfig(patience=2, below=2.0)
+        ),
         "recorded_episodes": 1,
         "pretraining_steps": 250,
     }

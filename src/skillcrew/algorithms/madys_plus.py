@@ -25,7 +25,9 @@ class MADySPlusConfig(MADySConfig):
     """Discount per step of the team reward in a team's fitness; see `SearchConfig`. Below 1, of two teams the
     quicker one wins although it succeeds less often."""
     evolution: EvolutionConfig = dataclasses.field(
-        default_factory=lambda: EvolutionConfig(elites=10, challengers=20, restart=RestartConfig(patience=60))
+        default_factory=lambda: EvolutionConfig(
+            elites=10, veterans=3, level_memory=20.0, challengers=20, restart=RestartConfig(patience=60)
+        )
     )
     """How the genetic algorithm breeds. Where it is stuck it begins anew: unready skills can mislead it."""
     selector: SelectorConfig = dataclasses.field(

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float, Key
 
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.evolver import Draw, Migrants
-from skillcrew.evolution.lineage import Lineage
+from skillcrew.evolution.lineage import Level, Lineage
 from skillcrew.evolution.mutation import MutationConfig
 from skillcrew.evolution.phases import PhaseMutationConfig
 from skillcrew.evolution.restart import Progress, RestartConfig
@@ -48,6 +48,13 @@ class EvolutionConfig:
     """How the weights of children change."""
     phases: PhaseMutationConfig = dataclasses.field(default_factory=PhaseMutationConfig)
     """How the timetables of children change, where selectors have phases."""
+    veterans: int = 0
+    """Elites that are such because they are the surest: by `champion_prior`, where the others are ranked by
+    `lineage_prior`. Where nobody is perfect there are always newcomers who have been lucky so far; with few
+    episodes an evaluation they would crowd out whoever has proven to be better."""
+    level_memory: float = 1.0
+    """Generations that the population's mean fitness, of the two priors, is averaged over. All teams of a
+    generation may live the same few episodes: where these are easy, everybody's newcomers look perfect."""
     challengers: int = 0
     """Others that survive unchanged, because their own mean fitness is the highest, however few evaluations
     it rests on: what one lucky evaluation promises is looked at again, but does not lead."""
@@ -60,6 +67,10 @@ class EvolutionConfig:
             raise unknown_name("evolution.selection", str(self.selection), ("tournament", "proportional"))
         if self.elites < 1:
             raise UserError(f"evolution.elites = {self.elites}: give at least 1, or the champion is lost")
+        if not 0 <= self.veterans <= self.elites:
+            raise UserError(
+                f"evolution.veterans = {self.veterans}: give 0 to evolution.elites = {self.elites} of these"
+            )
         if self.challengers < 0:
             raise UserError(f"evolution.challengers = {self.challengers}: give individuals, or 0 for none")
         if self.tournament_size < 1:
@@ -72,6 +83,8 @@ class EvolutionConfig:
                 raise UserError(f"evolution.{field} = {getattr(self, field)}: give a number of at least 0")
         if not self.lineage_memory >= 1:
             raise UserError(f"evolution.lineage_memory = {self.lineage_memory}: give at least 1 evaluation")
+        if not self.level_memory >= 1:
+            raise UserError(f"evolution.level_memory = {self.level_memory}: give at least 1 generation")
 
     def check_population(self, population: int) -> None:
         """Raises `UserError` if a population of this size leaves no room for children."""
@@ -97,11 +110,12 @@ class GeneticState(eqx.Module):
 
     genomes: Float[Array, "population genes"]
     lineage: Lineage
+    level: Level
     progress: Progress
 
     @classmethod
     def create(cls, genomes: Float[Array, "population genes"]) -> "GeneticState":
-        return cls(genomes, Lineage.create(genomes.shape[0]), Progress.create(genomes[0]))
+        return cls(genomes, Lineage.create(genomes.shape[0]), Level.create(), Progress.create(genomes[0]))
 
 
 class GeneticAlgorithm:
@@ -156,13 +170,15 @@ class GeneticAlgorithm:
         """Migrants in the place of the worst, with nothing known of them but this evaluation."""
         count = migrants.fitness.shape[0]
         lineage = state.lineage.add(fitness, self.config.lineage_memory, evaluations)
-        worst = rank(lineage.standing(self.config.lineage_prior))[-count:]
+        level = state.level.add(lineage, self.config.level_memory)
+        worst = rank(lineage.standing(self.config.lineage_prior, level.mean))[-count:]
 
         def replaced(old: Array, new: Array | float) -> Array:
             return jnp.where(migrants.arrive, old.at[worst].set(new), old)
 
         lineage = Lineage(state.lineage.mean, replaced(state.lineage.evaluations, 0.0))
-        admitted = GeneticState(replaced(state.genomes, migrants.genomes), lineage, state.progress)
+        genomes = replaced(state.genomes, migrants.genomes)
+        admitted = dataclasses.replace(state, genomes=genomes, lineage=lineage)
         evaluations = replaced(jnp.broadcast_to(evaluations, fitness.shape), 1.0)
         return admitted, replaced(fitness, migrants.fitness), evaluations
 
@@ -170,7 +186,8 @@ class GeneticAlgorithm:
         self, state: GeneticState, fitness: Float[Array, " population"]
     ) -> Float[Array, " population"]:
         lineage = state.lineage.add(fitness, self.config.lineage_memory)
-        return lineage.standing(self.config.lineage_prior)
+        level = state.level.add(lineage, self.config.level_memory)
+        return lineage.standing(self.config.lineage_prior, level.mean)
 
     def champion(self, state: GeneticState) -> Float[Array, " genes"]:
         """The surest elite of the last evaluation; see `EvolutionConfig.champion_prior`."""
@@ -207,9 +224,12 @@ def next_generation(
     crossed = round(config.crossover_share * children)
 
     lineage = state.lineage.add(fitness, config.lineage_memory, evaluations)
-    standing = lineage.standing(config.lineage_prior)
-    elites = rank(standing)[: config.elites]
-    sure = lineage.standing(config.champion_prior)
+    level = state.level.add(lineage, config.level_memory)
+    standing = lineage.standing(config.lineage_prior, level.mean)
+    sure = lineage.standing(config.champion_prior, level.mean)
+    veterans = rank(sure)[: config.veterans]
+    others = rank(standing.at[veterans].set(-jnp.inf))[: config.elites - config.veterans]
+    elites = jnp.concatenate([veterans, others])
     elites = elites[rank(sure[elites])]
     promise = lineage.mean.at[elites].set(-jnp.inf)
     survivors = jnp.concatenate([elites, rank(promise)[: config.challengers]])
@@ -232,5 +252,6 @@ def next_generation(
     return GeneticState(
         jnp.concatenate([state.genomes[survivors], genomes]),
         lineage.pick(survivors).concatenate(inherited),
+        level,
         state.progress.observe(sure[elites[0]], config.restart),
     )

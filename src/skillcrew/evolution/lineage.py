@@ -40,13 +40,12 @@ class Lineage(eqx.Module):
         mean = (self.mean * known + fitness * evaluations) / (known + evaluations)
         return Lineage(mean, known + evaluations)
 
-    def standing(self, prior: float) -> Float[Array, " population"]:
-        """What each individual is ranked by: its mean, drawn towards the population's.
+    def standing(self, prior: float, expected: Float[Array, ""]) -> Float[Array, " population"]:
+        """What each individual is ranked by: its mean, drawn towards what is expected of anybody.
 
         One perfect evaluation says less than ten good ones. An individual counts as if it had also
-        lived `prior` evaluations at the population's mean fitness.
+        lived `prior` evaluations of the `expected` fitness, which is the population's; see `Level`.
         """
-        expected = self.mean.mean()
         return (self.mean * self.evaluations + expected * prior) / (self.evaluations + prior)
 
     def pick(
@@ -62,3 +61,20 @@ class Lineage(eqx.Module):
             jnp.concatenate([one.mean for one in everyone]),
             jnp.concatenate([one.evaluations for one in everyone]),
         )
+
+
+class Level(eqx.Module):
+    """The population's mean fitness, averaged over generations."""
+
+    mean: Float[Array, ""]
+    generations: Float[Array, ""]
+    """Those that it stands for."""
+
+    @classmethod
+    def create(cls) -> "Level":
+        return cls(jnp.zeros(()), jnp.zeros(()))
+
+    def add(self, lineage: Lineage, memory: float) -> "Level":
+        """Takes in a generation, of which at most `memory` count."""
+        known = jnp.minimum(self.generations, memory - 1)
+        return Level((self.mean * known + lineage.mean.mean()) / (known + 1), known + 1)
