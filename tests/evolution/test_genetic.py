@@ -12,7 +12,7 @@ from scipy import stats
 from oracles.rover_cases import quick_jit
 from skillcrew.evolution.evolver import Migrants
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState, next_generation
-from skillcrew.evolution.lineage import Lineage
+from skillcrew.evolution.lineage import Level, Lineage
 from skillcrew.evolution.mutation import MutationConfig
 
 CASES, POPULATION, ELITES, GENES = 300, 11, 3, 6
@@ -301,6 +301,44 @@ def test_standing_takes_in_the_present_evaluation() -> None:
     np.testing.assert_allclose(
         GENETIC.standing(known_population(), jnp.asarray(FITNESS)), expected, rtol=1e-5
     )
+
+
+@pytest.mark.parametrize("veterans", [0, 1])
+def test_newcomers_who_have_been_lucky_crowd_out_no_veteran(veterans: int) -> None:
+    # One has proven itself in thirty evaluations; seven have lived two, in which all did well.
+    mean = jnp.array([1.0, 1.0, 0.85, 1.0, 1.0, 0.9, 0.9, 0.9])
+    lineage = Lineage(mean, jnp.array([1.0, 1.0, 29.0, 1.0, 1.0, 1.0, 1.0, 1.0]))
+    config = dataclasses.replace(
+        CONFIG,
+        lineage_memory=40.0,
+        lineage_prior=0.0,
+        champion_prior=9.0,
+        veterans=veterans,
+        level_memory=20.0,
+    )
+    genomes = jnp.tile(jnp.arange(8.0)[:, None], (1, GENES))
+    # Eleven generations before this one were at 0.3.
+    level = Level(jnp.array(0.3), jnp.array(11.0))
+    state = dataclasses.replace(GeneticState.create(genomes), lineage=lineage, level=level)
+    after = next_generation(jax.random.key(0), state, jnp.ones(8), config)
+    elites = after.genomes[:ELITES, 0].astype(int).tolist()
+    assert set(elites) - {2} <= {0, 1, 3, 4}
+    assert elites.count(2) == veterans
+    assert (elites[0] == 2) == bool(veterans), "the surest is the champion"
+    told = float(lineage.add(jnp.ones(8), 40.0).mean.mean())
+    assert float(after.level.mean) == pytest.approx((0.3 * 11 + told) / 12, rel=1e-5)
+    assert float(after.level.generations) == 12.0
+
+
+@pytest.mark.parametrize("memory", [1.0, 3.0])
+def test_a_level_remembers_so_many_generations(memory: float) -> None:
+    level, told = Level.create(), [0.2, 0.8, 0.5, 0.1, 0.9]
+    expected = 0.0
+    for generation, mean in enumerate(told):
+        level = level.add(Lineage(jnp.array([mean, mean]), jnp.ones(2)), memory)
+        weight = 1 / min(generation + 1, memory)
+        expected = (1 - weight) * expected + weight * mean
+        assert float(level.mean) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("arrive", [True, False])
