@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
+from benchmarks.frozen import frozen
 from benchmarks.machine import cpu_model
 
 import skillcrew as sc
@@ -56,6 +56,9 @@ def variants() -> Mapping[str, Callable[[Any], SkillTeams]]:
         "all begin alike": of_selector(alike=1.0),
         "changes of random parts of the team alone": of_evolution(phases=scopes),
         "no challengers": of_evolution(challengers=0),
+        "no veterans, the level of one generation": of_evolution(veterans=0, level_memory=1.0),
+        "4 episodes": lambda env: sc.MADySPlus(env, episodes=4),
+        "1 episode": lambda env: sc.MADySPlus(env, episodes=1, probe_episodes=1),
         "fitness discounted by 0.98": lambda env: sc.MADySPlus(env, fitness_discount=0.98),
         "a GRU and an evolution strategy (MADyS-ES)": sc.MADySES,
         "a network that decides at every step (MADyS)": sc.MADyS,
@@ -66,18 +69,15 @@ def search(algorithm: SkillTeams, skills: Any, steps: int) -> list[tuple[float, 
     """For each seed the steps to 0.5 and 0.9 (NaN: never), and the champion's success in the end."""
 
     def begin(seed: Any) -> Any:
-        state = algorithm.init(jax.random.key(seed))
-        plateau = dataclasses.replace(
-            state.skills.plateau, stopped_at=jnp.zeros_like(state.skills.plateau.stopped_at)
-        )
-        learners = dataclasses.replace(state.skills.learners, target_actor=skills)
-        kept = dataclasses.replace(state.skills, learners=learners, plateau=plateau)
-        return dataclasses.replace(state, skills=kept)
+        key_init, key_score = jax.random.split(jax.random.key(seed))
+        return frozen(algorithm.init(key_init), skills), key_score
 
-    def go_on(state: Any) -> Any:
+    def go_on(begun: Any) -> Any:
+        state, key = begun
+        key, key_score = jax.random.split(key)
         state, measured = jax.lax.scan(lambda carry, _: algorithm.step(carry), state, length=GENERATIONS)
-        score = play(algorithm, algorithm.team(state), jax.random.fold_in(state.key, 0), EPISODES)
-        return state, measured["environment_steps"][-1], score.team_return().mean()
+        score = play(algorithm, algorithm.team(state), key_score, EPISODES)
+        return (state, key), measured["environment_steps"][-1], score.team_return().mean()
 
     state = jax.jit(begin)(SEEDS[0])
     program = jax.jit(go_on, donate_argnums=0).lower(state)

@@ -1,7 +1,7 @@
 """What a generation costs by kind of selector, at the same population and episodes, once skills have learned.
 
-`python -m benchmarks.selectors` prints a page and writes `benchmarks/results/selectors.md`. The process pins
-itself to one core; figures are processor time.
+`python -m benchmarks.selector_costs` prints a page and writes `benchmarks/results/selector_costs.md`. The
+process pins itself to one core; figures are processor time.
 """
 
 import dataclasses
@@ -16,13 +16,13 @@ if __name__ == "__main__":
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 import jax
-import jax.numpy as jnp
+from benchmarks.frozen import frozen
 from benchmarks.machine import cpu_model
 from benchmarks.training import seconds_per_call
 
 import skillcrew as sc
 
-PAGE = Path(__file__).parent / "results" / "selectors.md"
+PAGE = Path(__file__).parent / "results" / "selector_costs.md"
 ENVIRONMENTS = ("rover-t2-c1", "rover-t3-c3")
 PLUS = sc.MADySPlusConfig().selector
 SELECTORS: Mapping[str, sc.SelectorConfig] = {
@@ -38,10 +38,7 @@ SELECTORS: Mapping[str, sc.SelectorConfig] = {
 def seconds(environment: str, selector: sc.SelectorConfig) -> float:
     """Of one generation in which nothing learns but teams."""
     madys = sc.MADySPlus(sc.make(environment), selector=selector)
-    state = jax.jit(madys.init)(jax.random.key(0))
-    plateau = state.skills.plateau
-    stopped = dataclasses.replace(plateau, stopped_at=jnp.zeros_like(plateau.stopped_at))
-    state = dataclasses.replace(state, skills=dataclasses.replace(state.skills, plateau=stopped))
+    state = frozen(jax.jit(madys.init)(jax.random.key(0)))
     return seconds_per_call(jax.jit(madys.step), state)
 
 
