@@ -67,7 +67,7 @@ def test_beyond_the_thesis_timetables_stand_alone_and_shared_beside_our_best_for
         expected["open-loop-team"] = (False, "team")
         selector = one.algorithm.config.selector
         assert (selector.reactive, selector.sharing) == expected[one.method], one.name
-    # A timetable is given as long as a team that looks: ten million steps or more where that is what is asked.
+    # A timetable is given as long as a team that looks: ten million steps at least where that is asked for.
     assert all(
         len(set(steps_of(environment).values())) == 1 for environment in {one.environment for one in runs}
     )
