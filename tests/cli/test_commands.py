@@ -329,9 +329,9 @@ def test_list_as_text_and_as_json(capsys):
         assert name in text
     said = {line.split()[0]: line for line in text.splitlines() if line.startswith("  rover")}
     assert said["rover-t3-c3"].endswith("70 steps")
-    assert said["rover-t4-c3-breakdown"].endswith("60 steps, A+B then C+D at once, 1 breaks down")
-    assert said["rover-t3-c3-drawn"].endswith("50 steps, order drawn")
-    assert said["rover-t2-c2-moving"].endswith("35 steps, POIs move")
+    assert said["rover-t4-c3-breakdown"].endswith("45 steps, A+B then C+D at once, 1 breaks down")
+    assert said["rover-t3-c3-drawn"].endswith("30 steps, order drawn")
+    assert said["rover-t2-c2-moving"].endswith("25 steps, POIs move")
 
 
 def test_the_installed_command_in_a_process_of_its_own(finished):

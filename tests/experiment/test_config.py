@@ -55,7 +55,9 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
         **{"observation_radius": 9.0, "observed_pois": "vanish", "team_reward": "fraction"},
         **{"breakdowns": 1, "simultaneous": (("A", "B"),), "poi_speed": 0.5},
     )
-    evolution = altered(sc.EvolutionConfig(), selection="proportional", crossover_share=0.25)
+    evolution = altered(
+        sc.EvolutionConfig(), selection="proportional", crossover_share=0.25, level_memory=4.0
+    )
     algorithm = sc.MADyS(
         env,
         sc.MADySConfig(
@@ -77,6 +79,7 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
                 evolution,
                 mutation=altered(evolution.mutation, kind="gaussian"),
                 phases=altered(evolution.phases),
+                restart=altered(evolution.restart),
             ),
             learner=altered(sc.TD3Config(), network=sc.NetworkConfig((6, 7, 8), "none")),
             plateau=altered(sc.PlateauConfig()),
