@@ -106,7 +106,9 @@ def test_a_random_team_begins_in_groups() -> None:
         "none": GenomeCodec(create, AGENTS, 0.0),
         "default": GenomeCodec(create, AGENTS),
     }
-    genomes = quick_jit(lambda key: {name: codec.create(key, 40) for name, codec in codecs.items()})(key)
+    # Groups are dealt by a key of their own.
+    keys = {"some": key, "one": key, "none": jax.random.split(key)[0], "default": jax.random.split(key)[0]}
+    genomes = quick_jit(lambda keys: {name: codecs[name].create(keys[name], 40) for name in codecs})(keys)
     drawn = {name: np.asarray(rows).reshape(40, AGENTS, -1) for name, rows in genomes.items()}
     np.testing.assert_array_equal(drawn["none"], drawn["default"])
     assert (drawn["one"] == drawn["one"][:, :1]).all()
