@@ -116,6 +116,7 @@ def test_without_patience_nothing_begins_anew_and_no_number_changes() -> None:
         ({"patience": -1}, ["restart.patience = -1", "0 for no restarts"]),
         ({"tolerance": -0.1}, ["restart.tolerance = -0.1", "at least 0"]),
         ({"tolerance": float("nan")}, ["restart.tolerance = nan"]),
+        ({"below": float("nan")}, ["restart.below = nan", "give a fitness"]),
     ],
 )
 def test_impossible_restarts_are_refused(fields, said) -> None:

@@ -26,6 +26,8 @@ class RestartConfig:
     def __post_init__(self) -> None:
         if self.patience < 0:
             raise UserError(f"restart.patience = {self.patience}: give generations, or 0 for no restarts")
+        if self.below != self.below:
+            raise UserError(f"restart.below = {self.below}: give a fitness, such as 0.4")
         if not self.tolerance >= 0:
             raise UserError(f"restart.tolerance = {self.tolerance}: give a number of at least 0")
 

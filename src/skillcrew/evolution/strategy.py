@@ -68,10 +68,8 @@ class StrategyState(eqx.Module):
     optimiser: optax.OptState
     noise: Float[Array, "pairs genes"]
     """In standard deviations, of one of each mirrored pair."""
-    fitness: Float[Array, ""]
-    """Running average of the population's mean fitness."""
     evaluations: Float[Array, ""]
-    """Generations that it stands for."""
+    """Generations that the running average of the population's mean fitness stands for."""
     progress: Progress
     """Of that average, and the best mean that was given up."""
 
@@ -91,7 +89,6 @@ class EvolutionStrategy:
             mean=mean,
             optimiser=self._optimiser.init(mean),
             noise=jax.random.normal(key_noise, (population // 2, mean.shape[0])),
-            fitness=jnp.zeros(()),
             evaluations=jnp.zeros(()),
             progress=Progress.create(mean),
         )
@@ -132,10 +129,9 @@ class EvolutionStrategy:
     def _observe(self, state: StrategyState, fitness: Float[Array, ""]) -> StrategyState:
         """Takes in one generation's mean fitness."""
         known = jnp.minimum(state.evaluations, self.config.fitness_memory - 1)
-        average = (state.fitness * known + fitness) / (known + 1)
+        average = (state.progress.fitness * known + fitness) / (known + 1)
         return dataclasses.replace(
             state,
-            fitness=average,
             evaluations=known + 1,
             progress=state.progress.observe(average, self.config.restart),
         )
@@ -147,7 +143,6 @@ class EvolutionStrategy:
             mean=mean,
             optimiser=self._optimiser.init(mean),
             noise=state.noise,
-            fitness=jnp.zeros(()),
             evaluations=jnp.zeros(()),
             progress=state.progress.begin_anew(state.mean),
         )
@@ -164,7 +159,7 @@ class EvolutionStrategy:
 
     def champion_fitness(self, state: StrategyState) -> Float[Array, ""]:
         """The mean fitness of the populations around it, which the noise makes worse than its own."""
-        return jnp.maximum(state.progress.kept_fitness, state.fitness)
+        return jnp.maximum(state.progress.kept_fitness, state.progress.fitness)
 
 
 def centred_ranks(fitness: Float[Array, " population"]) -> Float[Array, " population"]:
