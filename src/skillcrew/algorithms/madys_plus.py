@@ -6,6 +6,7 @@ from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.skill_learning import SkillConfig
 from skillcrew.evolution.genetic import EvolutionConfig
 from skillcrew.evolution.restart import RestartConfig
+from skillcrew.learners.plateau import PlateauConfig
 from skillcrew.learners.td3 import TD3Config
 from skillcrew.policies.selector import SelectorConfig
 
@@ -44,6 +45,10 @@ class MADySPlusConfig(MADySConfig):
     )
     """How skills learn: as MADyS's, from mini-batches of half the size. Told teams finish as much of
     rover-t3-c3-tight by them as with 256 (0.86 to 0.89 against 0.86 to 0.88), for half the time."""
+    plateau: PlateauConfig = dataclasses.field(
+        default_factory=lambda: PlateauConfig(window=20, smoothing=0.9)
+    )
+    """When a skill stops learning: twice as many generations as in MADyS, each with half of the experience."""
 
 
 class MADySPlus(MADyS):

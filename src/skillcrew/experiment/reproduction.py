@@ -36,10 +36,10 @@ COMMITTED = ("madys-plus", "open-loop", "open-loop-team")
 
 STEPS: Mapping[str, Mapping[tuple[str, ...], int]] = {
     "rover-t2-c1": {OF_THE_THESIS: 6_000_000, ("madys-es",): 6_000_000, COMMITTED[:2]: 3_000_000},
-    "rover-t2-c2": {OF_THE_THESIS: 8_000_000, ("madys-es",): 8_000_000, COMMITTED[:2]: 4_000_000},
-    "rover-t2-c3": {OF_THE_THESIS: 6_000_000, ("madys-es",): 8_000_000, COMMITTED[:2]: 3_000_000},
-    "rover-t3-c1": {OF_THE_THESIS: 10_000_000, ("madys-es",): 16_000_000, COMMITTED[:2]: 5_000_000},
-    "rover-t3-c2": {OF_THE_THESIS: 10_000_000, ("madys-es",): 24_000_000, COMMITTED[:2]: 5_000_000},
+    "rover-t2-c2": {OF_THE_THESIS: 8_000_000, ("madys-es",): 6_000_000, COMMITTED[:2]: 4_000_000},
+    "rover-t2-c3": {OF_THE_THESIS: 6_000_000, ("madys-es",): 6_000_000, COMMITTED[:2]: 3_000_000},
+    "rover-t3-c1": {OF_THE_THESIS: 10_000_000, ("madys-es",): 12_000_000, COMMITTED[:2]: 5_000_000},
+    "rover-t3-c2": {OF_THE_THESIS: 10_000_000, ("madys-es",): 20_000_000, COMMITTED[:2]: 5_000_000},
     "rover-t3-c3": {OF_THE_THESIS: 10_000_000, ("madys-es",): 24_000_000, COMMITTED[:2]: 5_000_000},
     "rover-t4-c3": {COMMITTED: 10_000_000},
     "rover-t5-c3": {COMMITTED: 15_000_000},
