@@ -16,7 +16,7 @@ from benchmarks.machine import cpu_model, software, versions
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.algorithms.registry import make_algorithm
-from skillcrew.envs.presets import make
+from skillcrew.envs.registry import make
 from skillcrew.experiment import generation
 from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.generation import RunState

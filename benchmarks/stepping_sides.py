@@ -82,7 +82,7 @@ def rover_batched(worlds: int, preset: str) -> Run:
     """Ours: `step_worlds`, the world axis last."""
     import jax
 
-    from skillcrew.envs.presets import make
+    from skillcrew.envs.registry import make
 
     env = make(preset)
     shape = (env.n_agents, env.action_size, worlds)
@@ -102,7 +102,7 @@ def rover_vmapped(worlds: int, preset: str) -> Run:
     """Ours through plain `jax.vmap(env.step)`, the world axis first."""
     import jax
 
-    from skillcrew.envs.presets import make
+    from skillcrew.envs.registry import make
 
     env = make(preset)
     shape = (worlds, env.n_agents, env.action_size)

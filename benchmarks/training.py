@@ -27,7 +27,7 @@ from benchmarks.machine import cpu_model, software, versions
 from skillcrew.algorithms.madys import MADyS
 from skillcrew.algorithms.skill_teams import SkillTeamsState
 from skillcrew.algorithms.skill_training import train_skills
-from skillcrew.envs.presets import make
+from skillcrew.envs.registry import make
 from skillcrew.experiment import generation
 from skillcrew.experiment.config import RunConfig
 from skillcrew.policies.selector import SelectorConfig

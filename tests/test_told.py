@@ -9,7 +9,7 @@ from benchmarks.told import SPLIT, TOGETHER, assigned, stages, targets, told_rol
 from oracles.analytic_skills import go_to_skills
 from oracles.rover_cases import NEVER, quick_jit
 from oracles.rover_scene import Scene
-from skillcrew.envs.presets import make
+from skillcrew.envs.registry import make
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.world import RoverDomain
 

@@ -10,7 +10,7 @@ from oracles.refusals import refusal
 from oracles.toy import Toy
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class, make_algorithm
-from skillcrew.envs.presets import make
+from skillcrew.envs.registry import make
 from skillcrew.errors import UserError
 from skillcrew.policies.selector import SelectorConfig
 
@@ -66,10 +66,9 @@ def test_algorithms_are_found_by_name() -> None:
     assert isinstance(make_algorithm("madys", ENV), MADyS)
     evolving = {"madys", "madys-plus", "madys-es", "open-loop", "mfl", "ea", "ccea", "merl", "erl", "cerl"}
     assert set(ALGORITHMS) == evolving | {"td3", "ddpg"}
-    assert all(kind.name == name for name, kind in ALGORITHMS.items())
-    assert len({kind.label for kind in ALGORITHMS.values()}) == len(ALGORITHMS), (
-        "legends must tell them apart"
-    )
+    kinds = {name: listed.load() for name, listed in ALGORITHMS.items()}
+    assert all(kind.name == name for name, kind in kinds.items())
+    assert len({kind.label for kind in kinds.values()}) == len(kinds), "legends must tell them apart"
     with pytest.raises(UserError, match="unknown algorithm 'madis'; valid, nearest first: madys"):
         algorithm_class("madis")
 

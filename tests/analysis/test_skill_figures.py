@@ -8,7 +8,7 @@ from matplotlib.colors import to_rgb
 
 from skillcrew.analysis import skill_figures as figures
 from skillcrew.analysis.skill_figures import readable_skill, skill_distribution
-from skillcrew.envs.presets import make
+from skillcrew.envs.registry import make
 from skillcrew.errors import UserError
 
 SKILLS = ("go_to_poi_A", "go_away_from_poi_A", "go_to_poi_B", "go_away_from_poi_B", "go_to_agent")

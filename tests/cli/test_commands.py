@@ -13,7 +13,7 @@ import skillcrew as sc
 from experiment import tiny
 from skillcrew.cli import train as train_command
 from skillcrew.cli.main import COMMANDS, run_command
-from skillcrew.envs.presets import PRESETS
+from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.experiment.config import RunConfig, to_yaml
 
 TRAIN = ("train", "madys", "rover-t2-c1")
@@ -102,7 +102,7 @@ MISTAKES = [
     (["train", "madys"], ["ENVIRONMENT is missing"]),
     (["train", "--seeds", "3"], ["ALGORITHM is missing"]),
     (["train", "madsy", "rover-t2-c1"], ["unknown algorithm 'madsy'", "madys"]),
-    (["train", "madys", "rover-t2c1"], ["unknown environment preset 'rover-t2c1'", "first: rover-t2-c1"]),
+    (["train", "madys", "rover-t2c1"], ["unknown environment 'rover-t2c1'", "first: rover-t2-c1"]),
     ([*TRAIN, "--sedes", "3"], ["unknown option --sedes", "--seeds"]),
     ([*TRAIN, "--algorithm.popluation", "9"], ["--algorithm.popluation", "nearest: --algorithm.population"]),
     ([*TRAIN, "--algorithm.skills", "go_to_pio_A"], ["'go_to_pio_A'", "first: go_to_poi_A"]),
@@ -321,7 +321,7 @@ def test_list_as_text_and_as_json(capsys):
     text = capsys.readouterr().out
     assert call(["list", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
-    assert set(printed) == {"algorithms", "environments"}
+    assert set(printed) == {"algorithms", "environments", "broken"}
     assert "madys" in printed["algorithms"] and set(printed["environments"]) == set(PRESETS)
     assert printed["environments"]["rover-t3-c2"]["n_agents"] == 4
     assert "go_to_agent" in printed["environments"]["rover-t3-c2"]["skills"]

@@ -138,7 +138,7 @@ def test_the_folder_is_named_after_the_environment(trains, panels, tmp_path):
         (["madys,,ea", "rover-t2-c1"], ["METHODS = madys,,ea", "two or more"]),
         (["madys,maydsplus", "rover-t2-c1"], ["unknown algorithm 'maydsplus'", "madys-plus"]),
         (["ea,ea", "rover-t2-c1"], ["ea is given twice"]),
-        (["ea,mfl", "rover-t4-c1"], ["unknown environment preset 'rover-t4-c1'"]),
+        (["ea,mfl", "rover-t4-c1"], ["unknown environment 'rover-t4-c1'"]),
         (["ea,none.yaml", "rover-t2-c1"], ["none.yaml", "cannot be read"]),
         (["ea,options/empty.yaml", "rover-t2-c1"], ["options/empty.yaml", "section algorithm"]),
         (["ea,options/wrong.yaml", "rover-t2-c1"], ["options/wrong.yaml: algorithm", "'popluation'"]),

@@ -10,9 +10,10 @@ import pytest
 
 from oracles import refusals
 from oracles.rover_cases import DEFAULTS
-from skillcrew.envs.presets import PRESETS, make
+from skillcrew.envs.registry import make
 from skillcrew.envs.rover import config as rover_config
 from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.errors import UserError
 
 # Thesis, section 4.4 and figures 4.2 and 4.3.
@@ -106,7 +107,7 @@ def test_the_description_holds_every_field_and_builds_the_same_again() -> None:
 
 @pytest.mark.parametrize("given, nearest", [("rover-t2-c22", "rover-t2-c2"), ("Rover-T3-C3", "rover-t3-c3")])
 def test_an_unknown_preset_is_refused_with_the_nearest_first(given: str, nearest: str) -> None:
-    with pytest.raises(UserError, match=f"preset '{given}'") as caught:
+    with pytest.raises(UserError, match=f"environment '{given}'") as caught:
         make(given)
     assert names_offered(str(caught.value))[0] == nearest
     assert set(names_offered(str(caught.value))) == set(PRESETS)

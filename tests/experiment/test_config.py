@@ -8,7 +8,7 @@ import yaml
 import skillcrew as sc
 from skillcrew.algorithms.registry import algorithm_class
 from skillcrew.algorithms.team_search import RaceConfig
-from skillcrew.envs.presets import PRESETS
+from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.config import RunConfig, algorithm_from_yaml, from_yaml, to_yaml
 
@@ -182,7 +182,7 @@ def test_the_file_is_plain_yaml(file):
         ("  n_agents:", "  n_agent:", [": environment", "'n_agent'", "first: n_agents,"]),
         ("  keep:", "  kept:", [": run", "'kept'", "first: keep,"]),
         ("name: madys", "name: madsy", ["algorithm", "'madsy'", "madys"]),
-        ("name: rover-t3-c2", "name: rover-t3c2", ["environment preset", "'rover-t3c2'", "rover-t3-c2"]),
+        ("name: rover-t3-c2", "name: rover-t3c2", ["unknown environment", "'rover-t3c2'", "rover-t3-c2"]),
         ("sensor: density", "sensor: closets", ["environment.sensor", "'closets'", "'closest'", "'density'"]),
         ("population: 40", "population: many", ["algorithm.population", "'many'"]),
         ("population: 40", "population: 2.5", ["algorithm.population", "2.5"]),

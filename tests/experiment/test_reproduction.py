@@ -7,8 +7,8 @@ import pytest
 import yaml
 
 import skillcrew as sc
-from skillcrew.algorithms.registry import ALGORITHMS
-from skillcrew.envs.presets import PRESETS
+from skillcrew.algorithms.registry import algorithm_class
+from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.experiment import reproduction
 from skillcrew.experiment.config import RunConfig, from_yaml
 from skillcrew.experiment.reproduction import (
@@ -42,7 +42,7 @@ def test_the_six_configurations_of_the_thesis_with_every_method(everything):
         steps = steps_of(one.environment)[one.method]
         assert one.config == RunConfig(seeds=(2000, 2001, 2002, 2003, 2004), steps=steps)
         # Nothing but the length of a pre-training ever differs from the defaults.
-        assert one.algorithm.config == ALGORITHMS[one.method](one.algorithm.env).config
+        assert one.algorithm.config == algorithm_class(one.method)(one.algorithm.env).config
 
 
 def test_a_figure_has_its_environments(everything):

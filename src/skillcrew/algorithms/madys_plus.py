@@ -48,7 +48,7 @@ class MADySPlusConfig(MADySConfig):
     plateau: PlateauConfig = dataclasses.field(
         default_factory=lambda: PlateauConfig(window=20, smoothing=0.9)
     )
-    """When a skill stops learning: twice as many generations as in MADyS, each with half of the experience."""
+    """When a skill stops learning: MADyS's generations twice over, for each has half of the experience."""
 
 
 class MADySPlus(MADyS):

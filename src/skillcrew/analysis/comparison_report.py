@@ -51,7 +51,7 @@ def write_results(folder: ComparisonFolder, comparison: Comparison) -> list[Path
 
 
 def _curve(where: RunFolder, planned: PlannedRun) -> Curve:
-    curve = learning_curve(Run(where.path), planned.label, logarithmic=True)
+    curve = learning_curve(Run(where.path, planned.algorithm.env), planned.label, logarithmic=True)
     return dataclasses.replace(
         curve, pretrained_at=getattr(planned.algorithm.config, "pretraining_steps", None)
     )

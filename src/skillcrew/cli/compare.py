@@ -2,31 +2,35 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Any
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.algorithms.registry import ALGORITHMS, make_algorithm
 from skillcrew.cli.arguments import Seeds
+from skillcrew.cli.environments import configured, environment_names, with_environment
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
 from skillcrew.cli.side_by_side import run_side_by_side
 from skillcrew.envs.environment import Environment
-from skillcrew.envs.presets import PRESETS, make_configured, preset
-from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.registry import find
 from skillcrew.errors import UserError
 from skillcrew.experiment.comparison import ComparedFigure, Comparison, PlannedRun
 from skillcrew.experiment.config import RunConfig, algorithm_from_yaml
 
-USAGE = (
-    "usage: skillcrew compare METHODS ENVIRONMENT [OPTIONS]\n\n"
-    f"METHODS      two or more, with commas between: {', '.join(ALGORITHMS)}; or configuration files,\n"
-    "             called by their names, where every field that is missing has its default:\n"
-    "             madys,ccea,lenient.yaml\n"
-    f"ENVIRONMENT  one of {', '.join(PRESETS)}\n\n"
-    "Trains all of them with the same seeds and environment steps, and ends in one figure, a table, and\n"
-    "every run's configuration. The first method is the one that the others are compared with. Can be\n"
-    "interrupted at any time: the same command goes on where it was."
-)
+
+def usage() -> str:
+    """What `skillcrew compare --help` prints before its options."""
+    return (
+        "usage: skillcrew compare METHODS ENVIRONMENT [OPTIONS]\n\n"
+        f"METHODS      two or more, with commas between: {', '.join(ALGORITHMS)}; or configuration files,\n"
+        "             called by their names, where every field that is missing has its default:\n"
+        "             madys,ccea,lenient.yaml\n"
+        f"ENVIRONMENT  one of {environment_names()};\n"
+        "             or the import path of your own, such as mylab.rescue:Rescue\n\n"
+        "Trains all of them with the same seeds and environment steps, and ends in one figure, a table, and\n"
+        "every run's configuration. The first method is the one that the others are compared with. Can be\n"
+        "interrupted at any time: the same command goes on where it was."
+    )
+
 
 DEFAULT_SEEDS = Seeds(tuple(range(5)))
 
@@ -47,30 +51,25 @@ class CompareOptions:
 
 def run(words: list[str]) -> int:
     """Trains what is missing, then writes figure and table; 130 if interrupted after saving."""
-    places = take_places(words, ("METHODS", "ENVIRONMENT"), USAGE)
+    places = take_places(words, ("METHODS", "ENVIRONMENT"), usage())
     if places is None:
-        print(USAGE)
+        print(usage())
         return 0
     methods, environment = places
-    options = _options(preset(environment), words)
-    env = make_configured(environment, options.environment)
+    entry = find(environment)
+    options_class, default = with_environment(CompareOptions, entry)
+    program = f"skillcrew compare {methods} {environment}"
+    options = parse_options(options_class, words[2:], default, program, usage())
+    env = configured(entry, options).make()
     runs = _runs(_names(methods), env, RunConfig(seeds=tuple(options.seeds), steps=options.steps))
-    title = f"{environment}: mean of {len(options.seeds)} seeds, 95 % intervals"
+    title = f"{env.name}: mean of {len(options.seeds)} seeds, 95 % intervals"
     comparison = Comparison(
-        f"This folder compares {', '.join(one.label for one in runs)} on {environment}, with skillcrew.",
+        f"This folder compares {', '.join(one.label for one in runs)} on {env.name}, with skillcrew.",
         runs,
-        [ComparedFigure(environment, title, (environment,))],
+        [ComparedFigure(env.name, title, (env.name,))],
     )
-    out = options.out or Path("runs") / f"compare-{environment}"
-    return run_side_by_side(comparison, out, options.jobs, ["compare", *words])
-
-
-def _options(environment: RoverConfig, words: list[str]) -> Any:
-    options_class = dataclasses.make_dataclass(
-        "Options", [("environment", RoverConfig)], bases=(CompareOptions,), frozen=True, kw_only=True
-    )
-    program = f"skillcrew compare {words[0]} {words[1]}"
-    return parse_options(options_class, words[2:], options_class(environment=environment), program, USAGE)
+    out = options.out or Path("runs") / f"compare-{env.name}"
+    return run_side_by_side(comparison, out, options.jobs, ["compare", *words], trust=entry.by_path)
 
 
 def _names(methods: str) -> list[str]:

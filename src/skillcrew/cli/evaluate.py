@@ -22,6 +22,8 @@ class EvaluateOptions:
     """Episodes per seed."""
     checkpoint: int | None = None
     """Generation whose champions are scored. Default: the latest checkpoint."""
+    trust: bool = False
+    """Import the environment's class from wherever the folder says: that runs its code."""
     json: bool = False
     """Print one JSON object and nothing else."""
 
@@ -35,7 +37,7 @@ def run(words: list[str]) -> int:
     options = parse_options(
         EvaluateOptions, words[1:], EvaluateOptions(), f"skillcrew evaluate {words[0]}", USAGE
     )
-    evaluation = Run(places[0], checkpoint=options.checkpoint).evaluate(options.episodes)
+    evaluation = Run(places[0], checkpoint=options.checkpoint, trust=options.trust).evaluate(options.episodes)
     if options.json:
         print(json.dumps({**evaluation.as_dict(), "run": places[0]}, indent=1))
     else:

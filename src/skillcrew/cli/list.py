@@ -2,54 +2,73 @@
 
 import dataclasses
 import json
+from collections.abc import Iterator
+from typing import Any
 
 from skillcrew.algorithms.registry import ALGORITHMS
-from skillcrew.cli.options import parse_options
-from skillcrew.envs.presets import PRESETS, make, preset
-from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.registry import Domain, domains
+from skillcrew.errors import UserError
 
-USAGE = "usage: skillcrew list [--json]\n\nAlgorithms, environment presets and the skills of each."
-
-
-@dataclasses.dataclass(frozen=True)
-class ListOptions:
-    """Options of `skillcrew list`."""
-
-    json: bool = False
-    """Print one JSON object and nothing else."""
+USAGE = (
+    "usage: skillcrew list [--json]\n\n"
+    "Algorithms, environments and the skills of each: those that skillcrew ships, and those that installed\n"
+    "packages offer by the entry point `skillcrew.environments`.\n\n"
+    "--json  print one JSON object and nothing else"
+)
 
 
 def run(words: list[str]) -> int:
     """Prints what there is to train, and where."""
-    options = parse_options(ListOptions, words, ListOptions(), "skillcrew list", USAGE)
-    algorithms = {name: (kind.__doc__ or "").splitlines()[0] for name, kind in ALGORITHMS.items()}
-    environments = {name: (make(name), preset(name)) for name in PRESETS}
-    if options.json:
-        presets = {name: {**env.describe(), "skills": env.skills} for name, (env, _) in environments.items()}
-        print(json.dumps({"algorithms": algorithms, "environments": presets}, indent=1))
+    if any(word in ("-h", "--help") for word in words):
+        print(USAGE)
         return 0
-    width = max(map(len, [*algorithms, *environments]))
+    if unknown := [word for word in words if word != "--json"]:
+        raise UserError(f"list: unknown option {unknown[0]}; it has --json")
+    offered, broken = domains()
+    if words:
+        print(json.dumps(_as_dict(offered, broken), indent=1))
+        return 0
+    environments = [line for domain in offered for line in _lines(domain)]
+    width = max(map(len, [*ALGORITHMS, *(name for name, _ in environments), *broken]))
     print("Algorithms")
-    for name, about in algorithms.items():
-        print(f"  {name:<{width}} {about}")
+    for name, listed in ALGORITHMS.items():
+        print(f"  {name:<{width}} {listed.about}")
     print("\nEnvironments")
-    for name, (env, config) in environments.items():
-        print(
-            f"  {name:<{width}} {config.n_agents} rover(s), {config.n_poi_types} POI types, spatial coupling "
-            f"{config.spatial_coupling}, {config.episode_length} steps{_particulars(config)}"
-        )
-        print(f"  {'':<{width}} skills: {', '.join(env.skills)}")
-    print("\nEvery field of both is an option: `skillcrew train madys rover-t2-c1 --help` explains them.")
+    for name, about in environments:
+        print(f"  {name:<{width}} {about}")
+    for name, why in broken.items():
+        print(f"  {name:<{width}} fails to load: {why}")
+    print(
+        "\nYour own is called by its import path, such as mylab.rescue:Rescue. Every field of an algorithm\n"
+        "and an environment is an option: `skillcrew train madys rover-t2-c1 --help` explains them."
+    )
     return 0
 
 
-def _particulars(config: RoverConfig) -> str:
-    """What a preset has beyond sizes."""
-    groups = " then ".join("+".join(group) for group in config.simultaneous or ())
-    said = {
-        f"{groups} at once": config.simultaneous,
-        "order drawn": config.order == "drawn",
-        "POIs move": config.poi_speed,
-        f"{config.breakdowns} breaks down": config.breakdowns,
+def _configurations(domain: Domain) -> dict[str, Any]:
+    """Its named configurations; of a package also the one that stands behind the environment's own name."""
+    presets = dict(domain.presets())
+    if domain.shipped:
+        return presets
+    return {domain.name: domain.config_class() if domain.config_class else None, **presets}
+
+
+def _lines(domain: Domain) -> Iterator[tuple[str, str]]:
+    for name, config in _configurations(domain).items():
+        yield name, config.summary() if hasattr(config, "summary") else f"({domain.place})"
+        if skills := getattr(config, "skills", None):
+            yield "", f"skills: {', '.join(skills)}"
+
+
+def _as_dict(offered: list[Domain], broken: dict[str, str]) -> dict[str, Any]:
+    environments = {
+        name: {
+            "class": domain.place,
+            **({} if config is None else dataclasses.asdict(config)),
+            **({"skills": config.skills} if hasattr(config, "skills") else {}),
+        }
+        for domain in offered
+        for name, config in _configurations(domain).items()
     }
-    return "".join(f", {what}" for what, holds in said.items() if holds)
+    algorithms = {name: listed.about for name, listed in ALGORITHMS.items()}
+    return {"algorithms": algorithms, "environments": environments, "broken": broken}

@@ -1,6 +1,7 @@
 """The `skillcrew` command: finds the subcommand, and turns a user's mistake into one line."""
 
 import importlib
+import importlib.metadata
 import os
 import sys
 
@@ -30,6 +31,9 @@ def run_command(words: list[str]) -> int:
     if not words or words[0] in ("-h", "--help"):
         print(usage())
         return 0 if words else USER_MISTAKE
+    if words == ["--version"]:
+        print(f"skillcrew {importlib.metadata.version('skillcrew')}")
+        return 0
     try:
         if words[0] not in COMMANDS:
             raise unknown_name("command", words[0], COMMANDS)
@@ -48,7 +52,13 @@ def run_command(words: list[str]) -> int:
 
 def usage() -> str:
     """What `skillcrew --help` prints."""
-    lines = ["usage: skillcrew COMMAND [--help] ...", "", "Teams of agents that learn to coordinate.", ""]
+    lines = [
+        "usage: skillcrew COMMAND [--help] ...",
+        "       skillcrew --version",
+        "",
+        "Teams of agents that learn to coordinate.",
+        "",
+    ]
     lines += [f"  {name:<10} {about}" for name, about in COMMANDS.items()]
     lines += [
         "",

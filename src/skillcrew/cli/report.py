@@ -27,6 +27,8 @@ class ReportOptions:
     """Fresh episodes whose choices are drawn."""
     checkpoint: int | None = None
     """Generation whose champions are drawn. Default: the latest checkpoint."""
+    trust: bool = False
+    """Import the environment's class from wherever the folder says: that runs its code."""
     json: bool = False
     """Print one JSON object with the files written, and nothing else."""
 
@@ -38,7 +40,7 @@ def run(words: list[str]) -> int:
         parse_options(ReportOptions, ["--help"], ReportOptions(), "skillcrew report RUN", USAGE)
         return 0
     options = parse_options(ReportOptions, words[1:], ReportOptions(), f"skillcrew report {words[0]}", USAGE)
-    reported = Run(places[0], checkpoint=options.checkpoint)
+    reported = Run(places[0], checkpoint=options.checkpoint, trust=options.trust)
     written = [str(path) for path in write_report(reported, reported.evaluate(options.episodes), options.out)]
     print(json.dumps({"written": written}, indent=1) if options.json else "\n".join(written))
     return 0

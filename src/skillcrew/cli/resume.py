@@ -23,6 +23,8 @@ class ResumeOptions:
     """A larger budget of environment steps per seed. Default: the run's own."""
     checkpoint: int | None = None
     """Generation to go on from. Default: the latest checkpoint."""
+    trust: bool = False
+    """Import the environment's class from wherever the folder says: that runs its code."""
     report_episodes: int = 1000
     """Fresh episodes of the final score and of the report."""
 
@@ -34,7 +36,7 @@ def run(words: list[str]) -> int:
         parse_options(ResumeOptions, ["--help"], ResumeOptions(), "skillcrew resume RUN", USAGE)
         return 0
     options = parse_options(ResumeOptions, words[1:], ResumeOptions(), f"skillcrew resume {words[0]}", USAGE)
-    unfinished = Run(places[0], checkpoint=options.checkpoint)
+    unfinished = Run(places[0], checkpoint=options.checkpoint, trust=options.trust)
     reporter = make_reporter(options.steps or unfinished.config.steps, unfinished.config.seeds)
     return run_and_report(
         lambda: unfinished.resume(options.steps, reporter), reporter, places[0], options.report_episodes

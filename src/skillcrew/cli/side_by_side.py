@@ -21,12 +21,15 @@ STATUS_SECONDS = 60.0
 """Time between two rounds of lines about what runs."""
 
 
-def run_side_by_side(comparison: Comparison, out: Path, jobs: int | None, words: Sequence[str]) -> int:
+def run_side_by_side(
+    comparison: Comparison, out: Path, jobs: int | None, words: Sequence[str], trust: bool = False
+) -> int:
     """Trains what is missing in a folder, then writes figures and tables.
 
     Args:
         jobs: runs at a time; None for as many as there are cores and memory for.
         words: the command line that goes on with it.
+        trust: whether the command line named the environment by its import path.
 
     Returns:
         The exit code: 0, or 130 if interrupted after saving.
@@ -42,20 +45,22 @@ def run_side_by_side(comparison: Comparison, out: Path, jobs: int | None, words:
     if missing:
         at_once = _jobs_at_once(jobs, missing)
         again = f"`skillcrew {shlex.join(words)}`"
-        if not _train(missing, folder, at_once, len(comparison.runs), again):
+        if not _train(missing, folder, at_once, len(comparison.runs), again, trust):
             return 130
     for path in write_results(folder, comparison):
         print(path)
     return 0
 
 
-def _train(missing: list[PlannedRun], folder: ComparisonFolder, at_once: int, total: int, again: str) -> bool:
+def _train(
+    missing: list[PlannedRun], folder: ComparisonFolder, at_once: int, total: int, again: str, trust: bool
+) -> bool:
     """Trains runs side by side; False if interrupted."""
     # The longest first, so that none is left to run alone in the end.
     missing = sorted(missing, key=_cost, reverse=True)
     watch = _Watch(total, len(missing))
     watch.say(f"{total} runs: {total - len(missing)} done, {len(missing)} to train, {at_once} at a time.")
-    failed, interrupted = run_jobs([_job(one, folder) for one in missing], at_once, watch)
+    failed, interrupted = run_jobs([_job(one, folder, trust) for one in missing], at_once, watch)
     if failed:
         raise UserError(
             f"{failed[0].name} failed: {failed[0].last_line()} (all it said is in {failed[0].log}); mend "
@@ -66,7 +71,7 @@ def _train(missing: list[PlannedRun], folder: ComparisonFolder, at_once: int, to
     return not interrupted
 
 
-def _job(planned: PlannedRun, folder: ComparisonFolder) -> Job:
+def _job(planned: PlannedRun, folder: ComparisonFolder, trust: bool) -> Job:
     """Begins a run, or goes on with it."""
     where = folder.run(planned)
     if where.path.exists():
@@ -77,7 +82,7 @@ def _job(planned: PlannedRun, folder: ComparisonFolder) -> Job:
         write_whole(config, lambda path: path.write_text(text))
         where.path.parent.mkdir(parents=True, exist_ok=True)
         words = ("train", "--config", str(config), "--out", str(where.path))
-    return Job(planned.name, words, folder.log(planned))
+    return Job(planned.name, (*words, "--trust") if trust else words, folder.log(planned))
 
 
 def _cost(planned: PlannedRun) -> int:

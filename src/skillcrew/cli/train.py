@@ -7,10 +7,10 @@ from typing import Any
 from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
 from skillcrew.cli.arguments import Seeds
 from skillcrew.cli.conclusion import run_and_report
+from skillcrew.cli.environments import configured, environment_names, with_environment
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
-from skillcrew.envs.presets import PRESETS, make_configured, preset
-from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.registry import Entry, find
 from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig, from_yaml
 from skillcrew.experiment.progress import make_reporter
@@ -49,6 +49,14 @@ class RunOptions:
         return {name: getattr(self, name) for name in shared}
 
 
+@dataclasses.dataclass(frozen=True)
+class FileOptions(RunOptions):
+    """Options of a run whose configuration is a file."""
+
+    trust: bool = False
+    """Import the environment's class from wherever the file says: that runs its code."""
+
+
 def run(words: list[str]) -> int:
     """Trains, then writes and announces the report; 130 if interrupted after saving."""
     if words[:1] == ["--config"]:
@@ -59,33 +67,28 @@ def run(words: list[str]) -> int:
         return 0
     algorithm_name, environment_name = names
     kind = algorithm_class(algorithm_name)
-    options = _options(kind, preset(environment_name), words)
-    algorithm = kind(make_configured(environment_name, options.environment), options.algorithm)
+    entry = find(environment_name)
+    options = _options(kind, entry, words)
+    algorithm = kind(configured(entry, options).make(), options.algorithm)
     return train_and_report(algorithm, options)
 
 
-def _options(kind: Any, environment: RoverConfig, words: list[str]) -> Any:
-    fields = [
-        ("algorithm", kind.config_class, dataclasses.field()),
-        ("environment", RoverConfig, dataclasses.field()),
-    ]
-    bases = (RunOptions,)
-    # Fields without a default cannot follow those of the base class unless they are keyword-only.
-    options_class = dataclasses.make_dataclass("Options", fields, bases=bases, frozen=True, kw_only=True)
-    default = options_class(algorithm=kind.config_class(), environment=environment)
+def _options(kind: Any, entry: Entry, words: list[str]) -> Any:
+    fields = {"algorithm": kind.config_class()}
+    options_class, default = with_environment(RunOptions, entry, fields)
     return parse_options(options_class, words[2:], default, f"skillcrew train {words[0]} {words[1]}", usage())
 
 
 def _train_from_file(words: list[str]) -> int:
     if not words:
         raise UserError("train --config: name a configuration file, such as a run folder's config.yaml")
-    algorithm, config = from_yaml(Path(words[0]))
-    default = RunOptions(
+    algorithm, config = from_yaml(Path(words[0]), trust="--trust" in words)
+    default = FileOptions(
         Seeds(config.seeds),
         config.steps,
         **{name: getattr(config, name) for name in RunOptions().run_config()},
     )
-    options = parse_options(RunOptions, words[1:], default, "skillcrew train --config FILE", usage())
+    options = parse_options(FileOptions, words[1:], default, "skillcrew train --config FILE", usage())
     return train_and_report(algorithm, options)
 
 
@@ -111,7 +114,8 @@ def usage() -> str:
         "usage: skillcrew train ALGORITHM ENVIRONMENT [OPTIONS]\n"
         "       skillcrew train --config FILE [OPTIONS]\n\n"
         f"ALGORITHM    one of {', '.join(ALGORITHMS)}\n"
-        f"ENVIRONMENT  one of {', '.join(PRESETS)}\n\n"
+        f"ENVIRONMENT  one of {environment_names()};\n"
+        "             or the import path of your own, such as mylab.rescue:Rescue or rescue.py:Rescue\n\n"
         "Every option has a measured default; `skillcrew train madys rover-t2-c1 --help` explains them all.\n"
         "Trains one run per seed and ends with a report; Ctrl-C saves and says how to go on."
     )

@@ -1,7 +1,10 @@
 """What every environment offers: pure `reset` and `step`, one world or many at once."""
 
 import abc
-from typing import Any, Literal
+import dataclasses
+import re
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
 
 import equinox as eqx
 import jax
@@ -37,16 +40,29 @@ class Environment(abc.ABC):
     """
 
     name: str
+    """What files, figures and messages call it. Default: the class's name, in lower case with hyphens."""
     n_agents: int
     observation_size: int
     action_size: int
     episode_length: int
+    config: Any
+    """The options that it was made with, where it has a `config_class`."""
     skills: tuple[str, ...]
     """Names of the skills, in the order of the last axis of `TimeStep.local_rewards`."""
     input_scaling: ObservationScaling = "symlog"
     """What suits the observations, unless a network's own configuration says otherwise. "symlog":
     sign(x)·log(1 + |x|), linear near 0 and gentle with large numbers, for offsets, speeds and the like
     (Hafner et al. 2023). "sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ. "none": unchanged."""
+    config_class: ClassVar[Any] = None
+    """A frozen dataclass of options, if it has any: `__init__` takes one and keeps it as `config`. Its fields
+    are options of the command line, their docstrings the help."""
+    presets: ClassVar[Mapping[str, Any]] = {}
+    """Named configurations, each an instance of `config_class`."""
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "name" not in cls.__dict__:
+            cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
 
     @abc.abstractmethod
     def reset(self, key: Key[Array, ""]) -> tuple[PyTree, Float[Array, "agents obs"]]:
@@ -73,5 +89,6 @@ class Environment(abc.ABC):
         return jax.vmap(self.step, in_axes=(-1, -1, 0), out_axes=-1)(state, action, keys)
 
     def describe(self) -> dict[str, Any]:
-        """The resolved configuration, as plain values, for the run folder."""
-        return {"name": self.name}
+        """The name and the resolved configuration, as plain values, for the run folder."""
+        fields = {} if self.config_class is None else dataclasses.asdict(self.config)
+        return {"name": self.name, **fields}

@@ -9,9 +9,8 @@ import yaml
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.algorithms.registry import algorithm_class, make_algorithm
+from skillcrew.envs import registry
 from skillcrew.envs.environment import Environment
-from skillcrew.envs.presets import make_configured, preset
-from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.errors import UserError, unknown_name
 
 MOST_STEPS = 2_000_000_000
@@ -53,29 +52,35 @@ class RunConfig:
 
 def to_yaml(algorithm: Algorithm, run: RunConfig) -> str:
     """The resolved configuration: every field, also those left at their defaults."""
+    env = algorithm.env
+    place = registry.place_of(env)
+    described = env.describe()
     sections = {
         "algorithm": {"name": algorithm.name, **dataclasses.asdict(algorithm.config)},
-        "environment": algorithm.env.describe(),
+        "environment": described if place is None else {"name": env.name, "class": place, **described},
         "run": dataclasses.asdict(run),
     }
     return yaml.safe_dump(_plain(sections), sort_keys=False, allow_unicode=True)
 
 
-def from_yaml(path: Path, env: Environment | None = None) -> tuple[Algorithm, RunConfig]:
+def from_yaml(path: Path, env: Environment | None = None, trust: bool = False) -> tuple[Algorithm, RunConfig]:
     """Reads a configuration file.
 
     Args:
-        env: the environment, where it is not one that skillcrew ships.
+        env: the environment, if it is at hand.
+        trust: whether to import the environment's class from wherever the file says. That runs its code:
+            without, only classes that skillcrew or an installed package's entry point offers are imported.
 
     Raises:
-        UserError: unreadable, or a section, field or value that is not valid; the line names it.
+        UserError: unreadable, a section, field or value that is not valid, or code that is not trusted; the
+            line names it.
     """
     sections = _sections(path)
     if set(sections) != {"algorithm", "environment", "run"}:
         raise UserError(f"{path}: needs the sections algorithm, environment and run, and no others")
     run = parse(RunConfig, sections["run"], f"{path}: run")
     if env is None:
-        env = _environment(sections["environment"], f"{path}: environment")
+        env = _environment(sections["environment"], f"{path}: environment", trust)
     return _algorithm(sections["algorithm"], f"{path}: algorithm", env), run
 
 
@@ -157,14 +162,37 @@ def _refuse_unknown(kind: Any, values: dict[str, Any], where: str) -> None:
             _refuse_unknown(fields[name], value, f"{where}.{name}")
 
 
-def _environment(section: Any, where: str) -> Environment:
+def _environment(section: Any, where: str, trust: bool) -> Environment:
     name, fields = _named(section, where)
+    place = fields.pop("class", None)
     try:
-        preset(name)
+        if place is None:
+            entry = registry.find(name) if ":" not in name else None
+            if entry is None:
+                raise UserError(f"name = {name}: an import path is given as class, beside a name")
+        else:
+            entry = _trusted(name, str(place), trust)
     except UserError as error:
         raise UserError(_placed(where, str(error))) from error
-    config = parse(RoverConfig, fields, where)
-    return make_configured(name, config)
+    if entry.config_class is None:
+        return entry.with_fields(fields).make()
+    config = parse(entry.config_class, fields, where)
+    return dataclasses.replace(entry, config=config).make()
+
+
+def _trusted(name: str, place: str, trust: bool) -> registry.Entry:
+    """The environment at an import path, under the name that it was trained by."""
+    if "<locals>" in place or place.startswith("__main__:"):
+        raise UserError(
+            f"class = {place}: cannot be imported from there; give the environment itself, "
+            "skillcrew.Run(folder, env), or move its class to a module"
+        )
+    if not (trust or registry.is_entry_point(place)):
+        raise UserError(
+            f"class = {place}: code that neither skillcrew nor an installed package's entry point offers is "
+            "imported only if you trust this folder: give --trust, or skillcrew.Run(folder, trust=True)"
+        )
+    return dataclasses.replace(registry.find(place), name=name)
 
 
 def _named(section: Any, where: str) -> tuple[str, dict[str, Any]]:

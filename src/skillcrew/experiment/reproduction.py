@@ -7,7 +7,7 @@ from typing import Any
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.algorithms.open_loop import OpenLoop, OpenLoopConfig
 from skillcrew.algorithms.registry import make_algorithm
-from skillcrew.envs.presets import make
+from skillcrew.envs.registry import make
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.experiment.comparison import ComparedFigure, Comparison, PlannedRun
 from skillcrew.experiment.config import RunConfig

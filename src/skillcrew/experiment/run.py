@@ -69,7 +69,10 @@ class Run:
 
     Args:
         folder: of a run.
-        env: the environment, where it is not one that skillcrew ships.
+        env: the environment, if it is at hand.
+        trust: whether to import the class of its environment from wherever the folder says. That runs its
+            code: without, only classes that skillcrew or an installed package's entry point offers are
+            imported.
         checkpoint: generation to read champions from and to go on from; by default the latest.
         champions: spares reading them, where they are at hand.
 
@@ -83,10 +86,11 @@ class Run:
         env: Environment | None = None,
         checkpoint: int | None = None,
         champions: Team | None = None,
+        trust: bool = False,
     ):
         self.folder = RunFolder(folder)
         self.folder.check_is_run()
-        self.algorithm, self.config = from_yaml(self.folder.config, env)
+        self.algorithm, self.config = from_yaml(self.folder.config, env, trust)
         self._checkpoint = checkpoint
         self._champions = champions
 

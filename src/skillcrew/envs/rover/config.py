@@ -94,6 +94,30 @@ class RoverConfig:
         return tuple(string.ascii_uppercase[: self.n_poi_types])
 
     @property
+    def skills(self) -> tuple[str, ...]:
+        """`go_to_X` and `go_away_from_X` for each POI type and, in a team, for the closest agent.
+
+        The order is that of the local rewards (thesis, section 4.4.2).
+        """
+        targets = [f"poi_{name}" for name in self.type_names] + ["agent"] * (self.n_agents > 1)
+        return tuple(f"{verb}_{target}" for target in targets for verb in ("go_to", "go_away_from"))
+
+    def summary(self) -> str:
+        """One line on sizes, and on what it has beyond them."""
+        groups = " then ".join("+".join(group) for group in self.simultaneous or ())
+        said = {
+            f"{groups} at once": self.simultaneous,
+            "order drawn": self.order == "drawn",
+            "POIs move": self.poi_speed,
+            f"{self.breakdowns} breaks down": self.breakdowns,
+        }
+        sizes = (
+            f"{self.n_agents} rover(s), {self.n_poi_types} POI types, spatial coupling "
+            f"{self.spatial_coupling}, {self.episode_length} steps"
+        )
+        return sizes + "".join(f", {what}" for what, holds in said.items() if holds)
+
+    @property
     def values(self) -> tuple[float, ...]:
         """The POI value of each type."""
         return self.poi_values if self.poi_values is not None else (1.0,) * self.n_poi_types

@@ -18,12 +18,3 @@ def team_reward(
         gained: Int[Array, "*worlds"] = (after & ~before).sum(0)
         return gained.astype(jnp.float32) / len(after)
     return (after.all(0) & ~before.all(0)).astype(jnp.float32)
-
-
-def skill_names(type_names: tuple[str, ...], n_agents: int) -> tuple[str, ...]:
-    """`go_to_X` and `go_away_from_X` for each POI type and, in a team, for the closest agent.
-
-    The order is that of the local rewards (thesis, section 4.4.2).
-    """
-    targets = [f"poi_{name}" for name in type_names] + ["agent"] * (n_agents > 1)
-    return tuple(f"{verb}_{target}" for target in targets for verb in ("go_to", "go_away_from"))

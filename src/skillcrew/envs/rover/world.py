@@ -2,7 +2,6 @@
 
 import dataclasses
 import functools
-from typing import Any
 
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key
@@ -11,6 +10,7 @@ from skillcrew.envs.environment import Environment, TimeStep
 from skillcrew.envs.rover import coupling, rewards
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.motion import Direction, direction_of, moved
+from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.envs.rover.sensors import Reflections
 from skillcrew.envs.rover.state import RoverState, draw_state
 
@@ -23,21 +23,20 @@ class RoverDomain(Environment):
     second drives 0 to `max_speed` along the new heading; entries beyond [-1, 1] are clipped.
     """
 
+    name = "rover"
     input_scaling = "sqrt"
+    config_class = RoverConfig
+    presets = PRESETS
 
-    def __init__(self, config: RoverConfig, name: str = "rover"):
+    def __init__(self, config: RoverConfig):
         self.config = config
-        self.name = name
         self.n_agents = config.n_agents
         self.n_sectors = 360 // config.sensor_resolution
         calls = config.n_poi_types if config.order == "drawn" else 0
         self.observation_size = self.n_sectors * (1 + config.n_poi_types) + calls
         self.action_size = 2
         self.episode_length = config.episode_length
-        self.skills = rewards.skill_names(config.type_names, config.n_agents)
-
-    def describe(self) -> dict[str, Any]:
-        return {"name": self.name, **dataclasses.asdict(self.config)}
+        self.skills = config.skills
 
     def reset(self, key: Key[Array, ""]) -> tuple[RoverState, Float[Array, "agents obs"]]:
         state = draw_state(self.config, key)

@@ -1,12 +1,6 @@
-"""The named environments, and `make`, which builds one with any field overridden."""
+"""The Rover Domain's named configurations."""
 
-import dataclasses
-from typing import Any
-
-from skillcrew.envs.environment import Environment
 from skillcrew.envs.rover.config import RoverConfig
-from skillcrew.envs.rover.world import RoverDomain
-from skillcrew.errors import unknown_name
 
 _AB_THEN_CD = (("A", "B"), ("C", "D"))
 
@@ -50,41 +44,3 @@ PRESETS: dict[str, RoverConfig] = {
     ),
 }
 """By name. docs/environments/rover.md says what each is for."""
-
-
-def preset(name: str) -> RoverConfig:
-    """The configuration called `name`.
-
-    Raises:
-        UserError: no preset of that name; the message lists the valid ones, nearest first.
-    """
-    if name not in PRESETS:
-        raise unknown_name("environment preset", name, PRESETS)
-    return PRESETS[name]
-
-
-def make(name: str, **overrides: Any) -> Environment:
-    """Makes the environment of a preset, with any field overridden.
-
-    Args:
-        name: a preset, such as "rover-t2-c2".
-        overrides: fields of `RoverConfig`, such as `n_agents=4`.
-
-    Raises:
-        UserError: an unknown preset or field, or a value that the field refuses.
-    """
-    config = preset(name)
-    fields = [field.name for field in dataclasses.fields(config)]
-    for field in overrides:
-        if field not in fields:
-            raise unknown_name(f"field of {name}", field, fields)
-    return make_configured(name, dataclasses.replace(config, **overrides))
-
-
-def make_configured(name: str, config: RoverConfig) -> Environment:
-    """Makes an environment with every field given.
-
-    Args:
-        name: the preset that it comes from.
-    """
-    return RoverDomain(config, name)

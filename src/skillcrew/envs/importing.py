@@ -1,0 +1,90 @@
+"""Objects by import path: what a user or an installed package names, with errors that say what is wrong."""
+
+import importlib
+import importlib.util
+import inspect
+import sys
+import traceback
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from skillcrew.errors import UserError, unknown_name
+
+
+def import_object(place: str) -> Any:
+    """Imports `package.module:Name` or `folder/file.py:Name`; the current folder is looked in, too.
+
+    Raises:
+        UserError: no such module, file or name, or importing it fails; the line says which and where.
+    """
+    module_name, _, name = place.partition(":")
+    if not module_name or not name:
+        raise UserError(f"{place}: give module:Name, such as mylab.rescue:Rescue, or file.py:Name")
+    module = (
+        _from_file(Path(module_name), place) if module_name.endswith(".py") else _module(module_name, place)
+    )
+    found: Any = module
+    for part in name.split("."):
+        if not hasattr(found, part):
+            own = [
+                other
+                for other, kind in vars(found).items()
+                if inspect.isclass(kind) and kind.__module__ == getattr(module, "__name__", None)
+            ]
+            raise (
+                unknown_name(f"name in {module_name}", part, own)
+                if own
+                else UserError(f"{place}: {module_name} has no {part}, and no class at all")
+            )
+        found = getattr(found, part)
+    return found
+
+
+def _module(name: str, place: str) -> ModuleType:
+    here = str(Path.cwd())
+    if here not in sys.path and "" not in sys.path:
+        # As `python -m` does: a script installed in bin/ does not look where it is called.
+        sys.path.insert(0, here)
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and f"{name}.".startswith(f"{error.name}."):
+            raise UserError(
+                f"{place}: no module {error.name} here or among the installed packages; install the package "
+                "that has it, or call skillcrew in the folder that it lies in"
+            ) from error
+        raise _failed(place, error) from error
+    except Exception as error:
+        raise _failed(place, error) from error
+
+
+def _from_file(path: Path, place: str) -> ModuleType:
+    path = path.expanduser().resolve()
+    if not path.is_file():
+        raise UserError(f"{place}: no file {path}")
+    known = sys.modules.get(path.stem)
+    if known is not None and getattr(known, "__file__", None) == str(path):
+        return known
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None:
+        raise UserError(f"{place}: {path} cannot be imported")
+    module = importlib.util.module_from_spec(spec)
+    if known is None:
+        sys.modules[path.stem] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        sys.modules.pop(path.stem, None)
+        raise _failed(place, error) from error
+    return module
+
+
+def _failed(place: str, error: Exception) -> UserError:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    said = str(error).splitlines()[0] if str(error) else ""
+    if isinstance(error, SyntaxError) and error.filename:
+        where = f"{error.filename}, line {error.lineno}"
+    else:
+        where = f"{last.filename}, line {last.lineno}"
+    return UserError(f"{place}: importing it fails: {type(error).__name__}: {said} ({where})")
