@@ -1,6 +1,7 @@
 """The one kind of error that is the user's to mend, and help with misspelt names."""
 
 import difflib
+import traceback
 from collections.abc import Iterable
 
 
@@ -26,3 +27,12 @@ def unknown_name(kind: str, name: str, valid: Iterable[str]) -> UserError:
     return UserError(
         f"unknown {kind} '{name}'; valid, nearest first: " + ", ".join(nearest_first(name, valid))
     )
+
+
+def place_of_failure(error: BaseException) -> str:
+    """The file and line of somebody's own code in which an error was raised."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{error.filename}, line {error.lineno}"
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
+    return f"{own[-1].filename}, line {own[-1].lineno}"

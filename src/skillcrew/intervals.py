@@ -1,25 +1,16 @@
-"""Means with their 95 % intervals, over episodes and over seeds. NumPy alone."""
+"""Means with their 95 % intervals, over episodes and over seeds."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Real
+from scipy.special import stdtrit
 
 from skillcrew.errors import UserError
 
 NORMAL_QUANTILE = 1.959963984540054
 """The 97.5 % quantile of the normal distribution: what two-sided 95 % intervals use."""
-
-# The 97.5 % quantiles of Student's t distribution at 1 to 30 degrees of freedom. A table spares
-# users of the library SciPy, and beyond it a short series is exact enough (see `t_quantile`).
-_T_QUANTILES = (
-    12.706204736, 4.302652730, 3.182446305, 2.776445105, 2.570581836, 2.446911851, 2.364624252,
-    2.306004135, 2.262157163, 2.228138852, 2.200985160, 2.178812830, 2.160368656, 2.144786688,
-    2.131449546, 2.119905299, 2.109815578, 2.100922040, 2.093024054, 2.085963447, 2.079613845,
-    2.073873068, 2.068657610, 2.063898562, 2.059538553, 2.055529439, 2.051830516, 2.048407142,
-    2.045229642, 2.042272456,
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -63,29 +54,6 @@ def proportion_interval(successes: int, trials: int) -> Interval:
     return Interval(share, low, high)
 
 
-def t_quantile(degrees: int) -> float:
-    """The 97.5 % quantile of Student's t distribution, to 2e-6.
-
-    Args:
-        degrees: degrees of freedom, at least 1.
-
-    Raises:
-        ValueError: fewer than 1 degree of freedom.
-    """
-    if degrees < 1:
-        raise ValueError(f"degrees of freedom must be at least 1, not {degrees}")
-    if degrees <= len(_T_QUANTILES):
-        return _T_QUANTILES[degrees - 1]
-    # Expansion about the normal quantile (Abramowitz and Stegun, 26.7.5).
-    z = NORMAL_QUANTILE
-    terms = (
-        (z**3 + z) / 4,
-        (5 * z**5 + 16 * z**3 + 3 * z) / 96,
-        (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384,
-    )
-    return z + sum(term / degrees**power for power, term in enumerate(terms, start=1))
-
-
 def seed_interval(values: Real[np.ndarray, " seeds"], lower: float = 0.0, upper: float = 1.0) -> Interval:
     """The mean over seeds with its 95 % Student-t interval, clipped to a range.
 
@@ -119,7 +87,7 @@ def t_interval(
     if n_seeds == 1:
         unknown = np.full_like(mean, np.nan)
         return mean, unknown, unknown
-    half = t_quantile(n_seeds - 1) * np.std(values, axis=0, ddof=1) / math.sqrt(n_seeds)
+    half = stdtrit(n_seeds - 1, 0.975) * np.std(values, axis=0, ddof=1) / math.sqrt(n_seeds)
     # The inner bound is for means a rounding error beyond the range.
     low = np.minimum(np.maximum(mean - half, lower), mean)
     high = np.maximum(np.minimum(mean + half, upper), mean)

@@ -8,7 +8,7 @@ from scipy import stats
 
 from skillcrew.analysis.statistics import mean_band, moving_average, skill_shares
 from skillcrew.errors import UserError
-from skillcrew.intervals import proportion_interval, seed_interval, t_quantile
+from skillcrew.intervals import proportion_interval, seed_interval
 
 
 @pytest.mark.parametrize(
@@ -43,13 +43,6 @@ def test_proportions_that_make_no_sense_are_refused():
     for successes in (-1, 11):
         with pytest.raises(ValueError, match=rf"0 to 10.*{successes}"):
             proportion_interval(successes, 10)
-
-
-def test_t_quantiles_match_scipy_within_and_beyond_the_table():
-    for degrees in (*range(1, 61), 100, 1000, 10**6):
-        assert t_quantile(degrees) == pytest.approx(stats.t.ppf(0.975, degrees), abs=2e-6)
-    with pytest.raises(ValueError, match="at least 1"):
-        t_quantile(0)
 
 
 def test_seed_interval_by_hand():

@@ -4,12 +4,11 @@ import importlib
 import importlib.util
 import inspect
 import sys
-import traceback
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from skillcrew.errors import UserError, unknown_name
+from skillcrew.errors import UserError, place_of_failure, unknown_name
 
 
 def import_object(place: str) -> Any:
@@ -81,10 +80,7 @@ def _from_file(path: Path, place: str) -> ModuleType:
 
 
 def _failed(place: str, error: Exception) -> UserError:
-    last = traceback.extract_tb(error.__traceback__)[-1]
     said = str(error).splitlines()[0] if str(error) else ""
-    if isinstance(error, SyntaxError) and error.filename:
-        where = f"{error.filename}, line {error.lineno}"
-    else:
-        where = f"{last.filename}, line {last.lineno}"
-    return UserError(f"{place}: importing it fails: {type(error).__name__}: {said} ({where})")
+    return UserError(
+        f"{place}: importing it fails: {type(error).__name__}: {said} ({place_of_failure(error)})"
+    )
