@@ -96,19 +96,33 @@ class ReplayBuffer:
         return Transitions(*wide, team_reward[:, 0], terminated[:, 0])
 
 
-def most_transitions(env: Environment, worlds: int, capacity: int) -> int:
-    """Transitions that so many worlds of an environment give at most.
+USUAL_CAPACITY = 300_000
+"""Transitions that a buffer holds unless a generation asks for more."""
+
+
+def most_transitions(env: Environment, worlds: int) -> int:
+    """Transitions that so many worlds of an environment give at most."""
+    return worlds * env.episode_length * env.n_agents
+
+
+def capacity_for(transitions: int, asked: int | None) -> int:
+    """How many transitions to hold.
+
+    Args:
+        transitions: of one generation.
+        asked: as many as this; None for `USUAL_CAPACITY`, or two generations where they are more.
 
     Raises:
-        UserError: more than buffers of this capacity hold.
+        UserError: a generation does not fit.
     """
-    transitions = worlds * env.episode_length * env.n_agents
-    if transitions > capacity:
+    if asked is None:
+        return max(USUAL_CAPACITY, 2 * transitions)
+    if transitions > asked:
         raise UserError(
-            f"buffer_capacity = {capacity}: smaller than the {transitions} transitions of one generation; "
+            f"buffer_capacity = {asked}: smaller than the {transitions} transitions of one generation; "
             "raise it"
         )
-    return transitions
+    return asked
 
 
 def transitions_of(lived: Trajectories) -> tuple[Transitions, Bool[Array, " items"]]:

@@ -3,6 +3,7 @@
 import re
 from typing import Any
 
+import jax
 import pytest
 
 import skillcrew as sc
@@ -45,6 +46,17 @@ def test_a_buffer_must_hold_a_generation() -> None:
     MADyS(ENV, buffer_capacity=260, **sizes)
     with pytest.raises(UserError, match=r"buffer_capacity = 259: .* 260 transitions"):
         MADyS(ENV, buffer_capacity=259, **sizes)
+
+
+def test_a_buffer_grows_with_the_team_and_the_population() -> None:
+    def holds(**fields: Any) -> int:
+        shapes = jax.eval_shape(MADyS(ENV, **fields).init, jax.random.key(0))
+        return shapes.skills.experience.experience.shape[1]
+
+    assert holds() == 300_000, "as many as ever, where two generations fit"
+    # 4000 teams in 5 episodes, 4 skills in 3, of 10 steps of one rover each.
+    assert holds(population=4000) == 2 * 10 * (4000 * 5 + 4 * 3)
+    assert holds(population=4000, buffer_capacity=200_120) == 200_120
 
 
 def test_unknown_fields_and_skills_come_with_the_valid_ones() -> None:

@@ -16,7 +16,7 @@ from skillcrew.learners.td3 import TD3, Batch, TD3Config, TD3State
 from skillcrew.learners.training import train_learners
 from skillcrew.policies.memory import MemoryNetwork
 from skillcrew.policies.team import ActorTeam
-from skillcrew.replay import ReplayBuffer, Transitions, most_transitions, transitions_of
+from skillcrew.replay import ReplayBuffer, Transitions, capacity_for, most_transitions, transitions_of
 from skillcrew.rollout import Trajectories
 
 
@@ -36,15 +36,17 @@ class ActorLearningConfig:
     exploration_noise: float = 0.1
     """Standard deviation of the noise on primitive actions in the learner's own episodes (Fujimoto et al.
     2018)."""
-    buffer_capacity: int = 300_000
-    """Transitions that are kept; a transition is of one agent."""
+    buffer_capacity: int | None = None
+    """Transitions that are kept, of all actors together; a transition is of one agent. Default: 300,000, or
+    those of two generations where they are more."""
     learner: TD3Config = dataclasses.field(default_factory=lambda: TD3Config(discount=0.99))
     """How actors learn. The discount looks as far as the team's task takes."""
 
     def __post_init__(self) -> None:
         for field in ("updates", "buffer_capacity"):
-            if getattr(self, field) < 1:
-                raise UserError(f"{field} = {getattr(self, field)}: give at least 1")
+            value = getattr(self, field)
+            if value is not None and value < 1:
+                raise UserError(f"{field} = {value}: give at least 1")
         if not self.exploration_noise >= 0:
             raise UserError(f"exploration_noise = {self.exploration_noise}: give a number of at least 0")
         if self.updates % self.learner.policy_delay:
@@ -92,9 +94,7 @@ class ActorLearning:
         self.n_actors = len(discounts) if discounts else n_actors
         self._n_buffers = 1 if discounts else n_actors
         self._learner = TD3(config.learner, env.observation_size, env.action_size, heads)
-        self._buffer = ReplayBuffer(
-            config.buffer_capacity // self._n_buffers, env.observation_size, env.action_size, len(env.skills)
-        )
+        self.reserve(0)
 
     def init(self, key: Key[Array, ""]) -> ActorLearningState:
         """Random actors, empty buffers."""
@@ -127,17 +127,21 @@ class ActorLearning:
         metrics["transitions_held"] = jax.vmap(self._buffer.size)(experience).sum()
         return ActorLearningState(learners, experience), metrics
 
-    def transitions(self, worlds: int) -> int:
-        """Transitions that so many worlds give at most.
+    def reserve(self, worlds: int) -> None:
+        """Makes the buffers large enough for generations of so many worlds.
 
         Raises:
-            UserError: more than the buffers hold.
+            UserError: that is more than what was asked for.
         """
-        return most_transitions(self._env, worlds, self.config.buffer_capacity)
+        env = self._env
+        capacity = capacity_for(most_transitions(env, worlds), self.config.buffer_capacity)
+        self._buffer = ReplayBuffer(
+            capacity // self._n_buffers, env.observation_size, env.action_size, len(env.skills)
+        )
 
     def transient_bytes(self, worlds: int) -> int:
         """Trajectories of so many worlds, their transitions as rows, and one more copy meanwhile."""
-        return 3 * 4 * self.transitions(worlds) * self._buffer.width
+        return 3 * 4 * most_transitions(self._env, worlds) * self._buffer.width
 
     def _draw(self, key: Key[Array, ""], experience: Any) -> Batch:
         """Each actor's mini-batches, with leading axes [actors, policy_delay, batch_size]."""

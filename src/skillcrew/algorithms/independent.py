@@ -70,7 +70,7 @@ class IndependentTD3(ActsDirectly):
         self.config = override(self, config, overrides)
         n_actors = env.n_agents if self.config.sharing == "agent" else 1
         self._actors = ActorLearning(env, self.config, n_actors)
-        self._actors.transitions(self.config.episodes)
+        self._actors.reserve(self.config.episodes)
 
     def init(self, key: Key[Array, ""]) -> IndependentState:
         """Random actors, empty buffers."""

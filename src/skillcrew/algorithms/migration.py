@@ -87,7 +87,7 @@ class Migration:
         self._networks = networks
         self.learners = learning.n_actors // networks
         self._search = TeamSearch(env, GenomeCodec(self._create_actor, networks), config)
-        self._learning.transitions(self._worlds())
+        self._learning.reserve(self._worlds())
         if config.population <= self.learners:
             raise UserError(
                 f"population = {config.population}: no larger than the {self.learners} learners that migrate "

@@ -15,7 +15,7 @@ from skillcrew.learners.plateau import Plateau, PlateauConfig, mean_return
 from skillcrew.learners.td3 import TD3, TD3Config, TD3State
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.team import FixedChoiceTeam
-from skillcrew.replay import ReplayBuffer, most_transitions, transitions_of
+from skillcrew.replay import ReplayBuffer, capacity_for, most_transitions, transitions_of
 from skillcrew.rollout import Lineup, Start, Trajectories
 
 
@@ -40,8 +40,9 @@ class SkillConfig:
     """Standard deviation of the noise on primitive actions while teams are evaluated, until all skills
     have stopped learning. Measured over 3 seeds: a perfect selector solves 0.96 of rover-t2-c1 within 30
     steps on skills learned with 0.3 (saturation penalty 0.003), 0.83 with 0.1 (penalty 0.001)."""
-    buffer_capacity: int = 300_000
-    """Transitions that the shared buffer holds; a transition is of one agent."""
+    buffer_capacity: int | None = None
+    """Transitions that the shared buffer holds; a transition is of one agent. Default: 300,000, or those of
+    two generations where they are more."""
     recorded_episodes: int | None = None
     """Episodes of each team and generation whose transitions enter the buffer. Default: all."""
     learner: TD3Config = dataclasses.field(
@@ -64,11 +65,10 @@ class SkillConfig:
     """When a skill stops learning."""
 
     def __post_init__(self) -> None:
-        for field in ("probe_episodes", "updates", "buffer_capacity"):
-            if getattr(self, field) < 1:
-                raise UserError(f"{field} = {getattr(self, field)}: give at least 1")
-        if self.recorded_episodes is not None and self.recorded_episodes < 1:
-            raise UserError(f"recorded_episodes = {self.recorded_episodes}: give at least 1")
+        for field in ("probe_episodes", "updates", "buffer_capacity", "recorded_episodes"):
+            value = getattr(self, field)
+            if value is not None and value < 1:
+                raise UserError(f"{field} = {value}: give at least 1")
         if not self.exploration_noise >= 0:
             raise UserError(f"exploration_noise = {self.exploration_noise}: give a number of at least 0")
         if self.updates % self.learner.policy_delay:
@@ -121,9 +121,7 @@ class SkillLearning:
         self._env = env
         self._indices = skill_indices(env, config.skills)
         self._learner = TD3(config.learner, env.observation_size, env.action_size)
-        self._buffer = ReplayBuffer(
-            config.buffer_capacity, env.observation_size, env.action_size, self.n_skills
-        )
+        self.reserve(0)
 
     @property
     def n_skills(self) -> int:
@@ -138,17 +136,19 @@ class SkillLearning:
         """Worlds in which skills are probed."""
         return self.n_skills * self.config.probe_episodes
 
-    def transitions(self, worlds: int) -> int:
-        """Transitions that so many recorded worlds give at most.
+    def reserve(self, worlds: int) -> None:
+        """Makes the buffer large enough for generations of so many recorded worlds.
 
         Raises:
-            UserError: more than the buffer holds.
+            UserError: that is more than what was asked for.
         """
-        return most_transitions(self._env, worlds, self.config.buffer_capacity)
+        env = self._env
+        capacity = capacity_for(most_transitions(env, worlds), self.config.buffer_capacity)
+        self._buffer = ReplayBuffer(capacity, env.observation_size, env.action_size, self.n_skills)
 
     def transient_bytes(self, worlds: int) -> int:
         """Trajectories of so many recorded worlds, their transitions as rows, and one more copy meanwhile."""
-        return 3 * 4 * self.transitions(worlds) * self._buffer.width
+        return 3 * 4 * most_transitions(self._env, worlds) * self._buffer.width
 
     def init(self, key: Key[Array, ""]) -> SkillState:
         """Random skills, an empty buffer."""

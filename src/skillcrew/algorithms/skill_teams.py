@@ -67,7 +67,7 @@ class SkillTeams:
         selector.check_episode(env.episode_length)
         codec = GenomeCodec(self._create_selector, selector.networks(env.n_agents), selector.alike)
         self._search = TeamSearch(env, codec, self.config, self._vary if selector.phases else None)
-        self._skills.transitions(self._recorded_worlds())
+        self._skills.reserve(self._recorded_worlds())
 
     def choices(self) -> tuple[str, ...]:
         return self._skills.names
