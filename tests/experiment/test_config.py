@@ -167,6 +167,27 @@ def test_every_algorithm_comes_back_as_it_was(name, fields, tmp_path):
         assert type(getattr(again.config, field.name)) is type(getattr(algorithm.config, field.name))
 
 
+@pytest.mark.parametrize(
+    ("evolver", "sections"),
+    [
+        ("genetic", {"evolution"}),
+        ("strategy", {"strategy"}),
+        ("coevolution", {"evolution", "coevolution"}),
+        ("snes", {"evosax"}),
+    ],
+)
+def test_a_file_holds_the_options_of_the_evolver_in_use(evolver, sections, tmp_path):
+    algorithm = sc.MADyS(sc.make("rover-t2-c2"), evolver=evolver)
+    (tmp_path / "config.yaml").write_text(to_yaml(algorithm, RunConfig()))
+    written = yaml.safe_load((tmp_path / "config.yaml").read_text())["algorithm"]
+    assert sections == {"evolution", "coevolution", "strategy", "evosax"} & set(written)
+    # What somebody set is kept, whether it is looked at or not.
+    fields = {"strategy": sc.StrategyConfig(deviation=0.123), "coevolution": sc.CoevolutionConfig(teams=2)}
+    algorithm = sc.MADyS(sc.make("rover-t2-c2"), evolver=evolver, **fields)
+    (tmp_path / "config.yaml").write_text(to_yaml(algorithm, RunConfig()))
+    assert from_yaml(tmp_path / "config.yaml")[0].config == algorithm.config
+
+
 def test_the_file_is_plain_yaml(file):
     sections = yaml.safe_load(file.read_text())
     assert list(sections) == ["algorithm", "environment", "run"]

@@ -102,6 +102,15 @@ class SearchConfig:
                 f"race.finalists = {self.race.finalists}: above population = {self.population}; lower it"
             )
 
+    def unused(self) -> set[str]:
+        """Names of the sections that the evolver does not look at."""
+        used = {
+            "genetic": {"evolution"},
+            "strategy": {"strategy"},
+            "coevolution": {"evolution", "coevolution"},
+        }
+        return {"evolution", "coevolution", "strategy", "evosax"} - used.get(self.evolver, {"evosax"})
+
     def _check_evolver(self) -> None:
         match self.evolver:
             case "genetic":

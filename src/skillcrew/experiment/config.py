@@ -51,16 +51,24 @@ class RunConfig:
 
 
 def to_yaml(algorithm: Algorithm, run: RunConfig) -> str:
-    """The resolved configuration: every field, also those left at their defaults."""
+    """The resolved configuration: every field that is looked at, also those left at their defaults."""
     env = algorithm.env
     place = registry.place_of(env)
     described = env.describe()
     sections = {
-        "algorithm": {"name": algorithm.name, **dataclasses.asdict(algorithm.config)},
+        "algorithm": {"name": algorithm.name, **_looked_at(algorithm.config)},
         "environment": described if place is None else {"name": env.name, "class": place, **described},
         "run": dataclasses.asdict(run),
     }
     return yaml.safe_dump(_plain(sections), sort_keys=False, allow_unicode=True)
+
+
+def _looked_at(config: Any) -> dict[str, Any]:
+    """All fields but the sections that are neither looked at nor set, such as those of other evolvers."""
+    fields, default = dataclasses.asdict(config), type(config)()
+    unused = config.unused() if hasattr(config, "unused") else set()
+    kept = {name for name in fields if name not in unused or getattr(config, name) != getattr(default, name)}
+    return {name: value for name, value in fields.items() if name in kept}
 
 
 def from_yaml(path: Path, env: Environment | None = None, trust: bool = False) -> tuple[Algorithm, RunConfig]:
