@@ -25,9 +25,8 @@ class ActorLearningConfig:
     """What actors learn from, and how."""
 
     reward: str = "team"
-    """What each actor maximises: "team" for the team reward, "local" for the sum of its agent's local
-    rewards, or the name of one of the environment's skills for that local reward alone; several names joined
-    by + for their sum. In the Rover Domain "local" is 0 throughout: going to and going away cancel out."""
+    """What each actor maximises: "team", "local" for the sum of its agent's local rewards, or names of skills
+    joined by +, for the sum of those."""
     task_ends_value: bool = True
     """Whether an actor's value ends where the team's task is done, as the episode does. On a dense local
     reward that teaches actors to put off the end of the task; see `SkillConfig.task_ends_skills`."""

@@ -17,13 +17,11 @@ class MADySESConfig(MADySConfig):
     episodes: int = 10
     """Evaluation episodes per team and generation."""
     episodes_shared_by: Literal["population", "pair"] = "pair"
-    """Who meets the same episodes; see `SearchConfig`. Of four seeds of rover-t2-c1, one or two stayed at the
-    success of a team that only ever goes to B (0.1) where all teams met the same ten episodes, also with
-    twice to four times the deviation and larger steps; none where each pair met its own and stalled
-    searches began anew."""
+    """Who meets the same episodes; see `SearchConfig`. "pair" keeps a search from one team that does half of
+    the task."""
     evolver: EvolverName = "strategy"
-    """What the next generation is made by. Where one success in fifty episodes is all there is at first, as
-    in rover-t3-c3, a genetic algorithm breeds the lucky; here every episode moves the one mean a little."""
+    """What the next generation is made by. Every episode moves the one mean a little, where breeding favours
+    the lucky."""
     selector: SelectorConfig = dataclasses.field(
         default_factory=lambda: SelectorConfig(memory=16, sharing="team")
     )

@@ -18,8 +18,7 @@ class MADySPlusConfig(MADySConfig):
     population: int = 100
     """Teams."""
     episodes: int = 2
-    """Evaluation episodes per team and generation. On trained skills of rover-t4-c3, 0.9 took 0.46 to 0.68 M
-    steps with 2, 0.71 to 1.45 M with 4 and 0.21 to 1.02 M with 1 (three seeds each)."""
+    """Evaluation episodes per team and generation. Fewer are a lottery, more find a solution later."""
     probe_episodes: int = 2
     """Episodes per skill and generation in which all agents use that skill alone; see `SkillConfig`."""
     fitness_discount: float = 1.0
@@ -43,8 +42,7 @@ class MADySPlusConfig(MADySConfig):
     learner: TD3Config = dataclasses.field(
         default_factory=lambda: dataclasses.replace(SkillConfig().learner, batch_size=128)
     )
-    """How skills learn: as MADyS's, from mini-batches of half the size. Told teams finish as much of
-    rover-t3-c3-tight by them as with 256 (0.86 to 0.89 against 0.86 to 0.88), for half the time."""
+    """How skills learn: as MADyS's, from mini-batches of half the size, for half the time."""
     plateau: PlateauConfig = dataclasses.field(
         default_factory=lambda: PlateauConfig(window=20, smoothing=0.9)
     )

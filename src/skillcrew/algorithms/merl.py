@@ -28,9 +28,8 @@ class MERLConfig(MigrationConfig):
     """What agents share: "trunk" all but the actor's last layer (MERL), with one critic that is told
     whose action it judges; "agent" nothing, each learns from its own transitions; "team" everything."""
     reward: str = "first"
-    """What each actor maximises: the name of one of the environment's skills for that local reward, several
-    joined by + for their sum, "local" for the sum of all; "first" is the environment's first skill. The
-    team's reward is refused: in MERL it is evolution's."""
+    """What each actor maximises: names of skills joined by +, "local" for all, "first" for the environment's
+    first. The team's reward is refused: in MERL it is evolution's."""
     task_ends_value: bool = False
     """Whether an actor's value ends where the team's task is done; see `SkillConfig.task_ends_skills`."""
     learner_episodes: int = 10
@@ -43,9 +42,7 @@ class MERLConfig(MigrationConfig):
         )
     )
     """How actors learn; by default as MADyS's skills do, whose rewards are the same. The network is also what
-    evolves, and large ones evolve slowly: champions of rover-t2-c1 had a fitness of 0.55, 0.45 and 0.3 after
-    2 M steps with layers of (16,), (32,) and (64, 64); those of rover-t1-c3, where learning is what counts,
-    about 0.8, 0.85 and 0.85 after 0.3 M (3 seeds each)."""
+    evolves, and large ones evolve slowly."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -26,20 +26,16 @@ class SkillConfig:
     skills: tuple[str, ...] | None = None
     """Skills to choose among, by name. Default: all that the environment has."""
     probe_episodes: int = 3
-    """Episodes per skill and generation in which all agents use that skill alone: they measure
-    its return R_k, with exploration noise while any skill learns. They count as environment steps and enter
-    the buffer like all others."""
+    """Episodes per skill and generation in which all agents use that skill alone, which measure its return
+    R_k. They count as environment steps."""
     updates: int = 100
     """Critic updates per skill and generation; a multiple of learner.policy_delay."""
     task_ends_skills: bool = False
-    """Whether a skill's value ends where the team's task is done, as the episode does. What a skill is paid
-    for does not end there: taught that it does, "go to B" learns to wait just outside the last POI, the
-    more so the longer it trains. 7 of 8 seeds of rover-t2-c1 then ended at 0.93 to 0.98 (two of them above
-    0.95); without, and with plateau.earliest 30, 5 of 6 ended at 0.96 to 0.97."""
+    """Whether a skill's value ends where the team's task is done, as the episode does; what it is paid for
+    does not. With it "go to" skills learn to wait just outside the last goal."""
     exploration_noise: float = 0.3
-    """Standard deviation of the noise on primitive actions while teams are evaluated, until all skills
-    have stopped learning. Measured over 3 seeds: a perfect selector solves 0.96 of rover-t2-c1 within 30
-    steps on skills learned with 0.3 (saturation penalty 0.003), 0.83 with 0.1 (penalty 0.001)."""
+    """Standard deviation of the noise on primitive actions while teams are evaluated, until all skills have
+    stopped learning."""
     buffer_capacity: int | None = None
     """Transitions that the shared buffer holds; a transition is of one agent. Default: 300,000, or those of
     two generations where they are more."""
@@ -55,12 +51,7 @@ class SkillConfig:
             saturation_penalty=0.003,
         )
     )
-    """How skills learn. Without the saturation penalty about every third "go to" skill turns in circles for
-    a million steps: the extremes of the turn are one and the same heading. With TD3's published target
-    noise (0.2, clip 0.5), small steps and discount 0.9, "go to" skills come to brake just outside the
-    activation distance: while a rover hardly drives, its heading is free to be wrong, and with a wrong
-    heading driving hardly is best. A perfect selector then solved 0.15 to 0.42 of rover-t2-c1 within 15
-    steps (0.6 M steps of training, 5 seeds), 0.44 to 0.49 with these values (0.3 M steps)."""
+    """How skills learn. What differs from `TD3Config`, and why: docs/algorithms/madys.md."""
     plateau: PlateauConfig = dataclasses.field(default_factory=PlateauConfig)
     """When a skill stops learning."""
 

@@ -49,22 +49,17 @@ class SearchConfig:
     population: int = 40
     """Teams (M)."""
     episodes: int = 5
-    """Evaluation episodes per team and generation (num_envs); see `episodes_shared_by`. Few, for
-    lineage averages make up for the noise: 0.40 M steps brought champions to 0.64 with 5, to 0.17
-    with 10 (means over 5 seeds)."""
+    """Evaluation episodes per team and generation (num_envs); see `episodes_shared_by`. Few, for lineage
+    averages make up for the noise."""
     fitness_discount: float = 0.98
-    """Discount per step of the team reward in a team's fitness. 1 is the thesis's plain return; below 1,
-    of two teams that both succeed the quicker one ranks higher. Success itself is scored without it. On
-    two sets of trained skills of rover-t2-c1, 1 M steps brought champions to 0.916 and 0.908 with 1, to
-    0.957 and 0.928 with 0.98 (means over 15 to 20 runs)."""
+    """Discount per step of the team reward in a team's fitness; below 1 the quicker of two teams ranks
+    higher. Success is scored without it."""
     episodes_shared_by: Literal["population", "pair"] = "population"
     """Who meets the same episodes: "population" for all teams, "pair" for each mirrored pair of an
     evolution strategy its own, so that a generation sees many more worlds."""
     evolver: EvolverName = "genetic"
-    """What the next generation is made by: "genetic" (Algorithm 1) breeds the best teams, "strategy" moves
-    the mean of a cloud of teams up their fitness, "coevolution" breeds each agent's network in a
-    subpopulation of its own and draws teams across them; the others are evolution strategies of evosax
-    (see docs/algorithms/evolvers.md)."""
+    """"genetic" (Algorithm 1) breeds the best teams, "strategy" moves the mean of a cloud of them, "coevolution"
+    breeds a subpopulation for each agent; the others are evosax's (docs/algorithms/evolvers.md)."""
     evolution: EvolutionConfig = dataclasses.field(default_factory=EvolutionConfig)
     """How the genetic algorithm breeds, and each subpopulation of a coevolution."""
     coevolution: CoevolutionConfig = dataclasses.field(default_factory=CoevolutionConfig)

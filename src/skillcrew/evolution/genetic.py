@@ -39,19 +39,17 @@ class EvolutionConfig:
     too, so that a newcomer's one lucky evaluation does not outrank an elite's ten good ones."""
     champion_prior: float = 20.0
     """The same when the champion is chosen among the elites: it is to be the surest, not the most
-    promising. With 3 a champion of 0.92 was seen to give way, for a generation, to one of 0.45; with 20,
-    once in five seeds, to one of 0.52."""
+    promising."""
     lineage_inheritance: float = 0.0
-    """Share of its parent's evaluations that a changed child starts with. Measured: at 0.6 children
-    cannot outrank their parents soon enough."""
+    """Share of its parent's evaluations that a changed child starts with; above 0 children outrank their
+    parents later."""
     mutation: MutationConfig = dataclasses.field(default_factory=MutationConfig)
     """How the weights of children change."""
     phases: PhaseMutationConfig = dataclasses.field(default_factory=PhaseMutationConfig)
     """How the timetables of children change, where selectors have phases."""
     veterans: int = 0
-    """Elites that are such because they are the surest: by `champion_prior`, where the others are ranked by
-    `lineage_prior`. Where nobody is perfect there are always newcomers who have been lucky so far; with few
-    episodes an evaluation they would crowd out whoever has proven to be better."""
+    """Elites that are such because they are the surest, by `champion_prior`: newcomers who have been lucky so
+    far do not crowd them out."""
     level_memory: float = 1.0
     """Generations that the population's mean fitness, of the two priors, is averaged over. All teams of a
     generation may live the same few episodes: where these are easy, everybody's newcomers look perfect."""

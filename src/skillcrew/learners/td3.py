@@ -39,9 +39,8 @@ class TD3Config:
     target_noise_clip: float = 0.5
     """Bound of that noise."""
     saturation_penalty: float = 0.0
-    """Weight of the mean square of the actor's outputs before tanh in its loss. 0 is TD3 as published.
-    Above 0 it keeps actors off the flat ends of tanh, where a gradient no longer moves them
-    (Andrychowicz et al. 2017, appendix A)."""
+    """Weight of the mean square of the actor's outputs before tanh in its loss, which keeps it off tanh's
+    flat ends (Andrychowicz et al. 2017, appendix A). 0 is TD3 as published."""
     network: NetworkConfig = dataclasses.field(default_factory=NetworkConfig)
     """Actor's and critics' hidden layers."""
 

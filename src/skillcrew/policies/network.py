@@ -23,9 +23,8 @@ class NetworkConfig:
     hidden: tuple[int, ...] = (64, 64)
     """Units of each hidden layer (rectified linear); none for a linear map."""
     input_scaling: InputScaling = "environment"
-    """"environment": the one of the next three that the environment names, "symlog" if it names none.
-    "symlog": sign(x)·log(1 + |x|). "sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ. "none": as
-    it comes."""
+    """"symlog": sign(x)·log(1 + |x|); "sqrt": 2·sign(x)·√|x|, which turns a sensor's 1/δ² into 2/δ; "none":
+    as it comes; "environment": what the environment names."""
 
     def __post_init__(self) -> None:
         if any(not isinstance(size, int) or size < 1 for size in self.hidden):
