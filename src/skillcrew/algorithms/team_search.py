@@ -58,8 +58,8 @@ class SearchConfig:
     """Who meets the same episodes: "population" for all teams, "pair" for each mirrored pair of an
     evolution strategy its own, so that a generation sees many more worlds."""
     evolver: EvolverName = "genetic"
-    """"genetic" (Algorithm 1) breeds the best teams, "strategy" moves the mean of a cloud of them, "coevolution"
-    breeds a subpopulation for each agent; the others are evosax's (docs/algorithms/evolvers.md)."""
+    """"genetic" (Algorithm 1) breeds the best teams, "strategy" moves the mean of a cloud, "coevolution"
+    has a subpopulation for each agent; the others are evosax's (docs/algorithms/evolvers.md)."""
     evolution: EvolutionConfig = dataclasses.field(default_factory=EvolutionConfig)
     """How the genetic algorithm breeds, and each subpopulation of a coevolution."""
     coevolution: CoevolutionConfig = dataclasses.field(default_factory=CoevolutionConfig)
