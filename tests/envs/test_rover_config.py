@@ -109,8 +109,9 @@ def test_the_description_holds_every_field_and_builds_the_same_again() -> None:
 def test_an_unknown_preset_is_refused_with_the_nearest_first(given: str, nearest: str) -> None:
     with pytest.raises(UserError, match=f"environment '{given}'") as caught:
         make(given)
-    assert names_offered(str(caught.value))[0] == nearest
-    assert set(names_offered(str(caught.value))) == set(PRESETS)
+    said, import_path, _ = str(caught.value).partition("; or an import path")
+    assert names_offered(said)[0] == nearest and import_path
+    assert set(names_offered(said)) == set(PRESETS)
 
 
 @pytest.mark.parametrize(
