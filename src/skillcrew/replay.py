@@ -133,7 +133,7 @@ def transitions_of(lived: Trajectories) -> tuple[Transitions, Bool[Array, " item
         return jnp.broadcast_to(of_world[:, :, None], (time, worlds, agents)).reshape(-1)
 
     def flat(of_agent: Array) -> Array:
-        return of_agent.reshape(time * worlds * agents, -1)
+        return of_agent.reshape(time * worlds * agents, of_agent.shape[-1])
 
     transitions = Transitions(
         observation=flat(lived.observation),

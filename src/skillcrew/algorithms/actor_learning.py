@@ -168,7 +168,8 @@ class ActorLearning:
         """Rows of all agents, each in the buffer where it belongs; agents vary fastest."""
 
         def split(leaf: Array) -> Array:
-            return jnp.moveaxis(leaf.reshape(-1, self._n_buffers, *leaf.shape[1:]), 1, 0)
+            shape = (len(leaf) // self._n_buffers, self._n_buffers, *leaf.shape[1:])
+            return jnp.moveaxis(leaf.reshape(shape), 1, 0)
 
         return jax.tree.map(split, transitions), split(lived)
 
@@ -181,6 +182,11 @@ def _rewards_summed(env: Environment, reward: str) -> np.ndarray | None:
     """
     if reward == "team":
         return None
+    if not env.skills and reward in ("local", "first"):
+        raise UserError(
+            f"reward = {reward}: {env.name} has no skills, and so no local rewards; give it some, or use "
+            "reward team in erl, cerl, td3 or ddpg"
+        )
     if reward == "local":
         return np.arange(len(env.skills))
     names = reward.split("+")

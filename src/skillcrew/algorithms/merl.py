@@ -80,10 +80,9 @@ class MERL(OneLearnerMigrates):
         heads = env.n_agents if self.config.sharing == "trunk" else 0
         told = Identified(env) if heads else env
         actors = env.n_agents if own else 1
-        reward = env.skills[0] if self.config.reward == "first" else self.config.reward
-        learning = ActorLearning(
-            told, dataclasses.replace(self.config, reward=reward), n_actors=actors, heads=heads
-        )
+        first = self.config.reward == "first" and env.skills
+        rewarded = dataclasses.replace(self.config, reward=env.skills[0]) if first else self.config
+        learning = ActorLearning(told, rewarded, n_actors=actors, heads=heads)
         self._migration = Migration(told, self.config, learning, networks=actors, heads=heads)
 
     def team(self, state: MigrationState) -> ActorTeam | IdentifiedTeam:

@@ -232,6 +232,11 @@ def skill_indices(env: Environment, names: tuple[str, ...] | None) -> tuple[int,
     Raises:
         UserError: no name, an unknown one, or one given twice.
     """
+    if not env.skills:
+        raise UserError(
+            f"{env.name} has no skills to select among; give it some, or use what needs none: ea, ccea, erl, "
+            "cerl, td3 or ddpg"
+        )
     names = env.skills if names is None else names
     if not names:
         raise UserError("skills = (): give at least one of " + ", ".join(env.skills))
