@@ -116,7 +116,7 @@ def test_an_installed_package_offers_names(installed):
     assert sc.make("line-world-of-three").n_agents == 3
     assert sc.make("narrow", probes=1).describe() == {"name": "narrow", "probes": 1, "reach": 0.1}
     assert registry.place_of(sc.make("narrow")) is None, "its name says which class it is"
-    assert registry.is_entry_point("line_lab.worlds:LineWorld")
+    assert registry.is_offered("line_lab.worlds:LineWorld")
     assert {"line", "narrow", "rover-t2-c1"} < set(registry.names())
     with pytest.raises(sc.UserError, match="probes = 0: give at least 1"):
         sc.make("line", probes=0)
@@ -132,6 +132,11 @@ def test_one_that_cannot_be_imported_is_named_and_the_others_still_load(installe
         sc.make("lime")
     with pytest.raises(sc.UserError, match="no licence"):
         sc.make("licensed")
+
+
+def test_what_is_offered_need_not_be_trusted(package):
+    assert registry.is_offered("skillcrew.envs.rover.world:RoverDomain")
+    assert not registry.is_offered("line_lab.worlds:LineWorld"), "it lies there, and nobody installed it"
 
 
 def test_a_class_that_borrows_a_known_name_is_told_apart(package):

@@ -8,7 +8,9 @@ import yaml
 import skillcrew as sc
 from skillcrew.algorithms.registry import algorithm_class
 from skillcrew.algorithms.team_search import RaceConfig
+from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.presets import PRESETS
+from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.config import RunConfig, algorithm_from_yaml, from_yaml, to_yaml
 
@@ -165,6 +167,11 @@ def test_every_algorithm_comes_back_as_it_was(name, fields, tmp_path):
         assert getattr(again.config, field) == value
     for field in dataclasses.fields(algorithm.config):
         assert type(getattr(again.config, field.name)) is type(getattr(algorithm.config, field.name))
+
+
+def test_a_rover_domain_that_is_no_preset_comes_back(tmp_path):
+    env = RoverDomain(RoverConfig(n_agents=3, spatial_coupling=2))
+    there_and_back(sc.MADyS(env), RunConfig(), tmp_path / "config.yaml")
 
 
 @pytest.mark.parametrize(

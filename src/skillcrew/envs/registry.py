@@ -160,9 +160,10 @@ def place_of(env: Any) -> str | None:
     return None if registered is not None and registered.place == place else place
 
 
-def is_entry_point(place: str) -> bool:
-    """Whether an installed package offers this class."""
-    return any(place == offered for _, offered in _entry_points())
+def is_offered(place: str) -> bool:
+    """Whether skillcrew or an installed package offers this class."""
+    shipped = (make().place for make in SHIPPED.values())
+    return place in (*shipped, *(offered for _, offered in _entry_points()))
 
 
 def environment_class(place: str) -> Any:

@@ -195,7 +195,7 @@ def _trusted(name: str, place: str, trust: bool) -> registry.Entry:
             f"class = {place}: cannot be imported from there; give the environment itself, "
             "skillcrew.Run(folder, env), or move its class to a module"
         )
-    if not (trust or registry.is_entry_point(place)):
+    if not (trust or registry.is_offered(place)):
         raise UserError(
             f"class = {place}: code that neither skillcrew nor an installed package's entry point offers is "
             "imported only if you trust this folder: give --trust, or skillcrew.Run(folder, trust=True)"
