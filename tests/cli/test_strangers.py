@@ -12,15 +12,7 @@ from experiment import tiny
 
 WORLD = "line_lab.worlds:LineWorld"
 SMALL = (
-    *("--algorithm.population", "6", "--algorithm.episodes", "2", "--algorithm.probe-episodes", "1"),
-    *(
-        "--algorithm.updates",
-        "2",
-        "--algorithm.buffer-capacity",
-        "400",
-        "--algorithm.learner.batch-size",
-        "8",
-    ),
+    *("--algorithm.population", "6", "--algorithm.episodes", "2", "--algorithm.evolution.elites", "2"),
     *("--score-episodes", "3", "--report-episodes", "5", "--generations-per-report", "2"),
 )
 
@@ -36,9 +28,9 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_trained_resumed_evaluated_and_reported_by_commands_alone(folder, capsys):
-    words = ["train", "madys", f"{WORLD}/narrow", "--environment.probes", "3", "--steps", "300", *SMALL]
+    words = ["train", "ea", f"{WORLD}/narrow", "--environment.probes", "3", "--steps", "300", *SMALL]
     assert call(words) == 0
-    run = folder / "runs" / "madys-line-world-narrow"
+    run = folder / "runs" / "ea-line-world-narrow"
     section = yaml.safe_load((run / "config.yaml").read_text())["environment"]
     assert section == {"name": "line-world-narrow", "class": WORLD, "probes": 3, "reach": 0.1}
     capsys.readouterr()
@@ -57,7 +49,7 @@ def test_trained_resumed_evaluated_and_reported_by_commands_alone(folder, capsys
 
 
 def test_where_its_code_is_not_there_one_line_says_what_to_install(folder, capsys, monkeypatch, tmp_path):
-    call(["train", "madys", WORLD, "--steps", "100", *SMALL])
+    assert call(["train", "ea", WORLD, "--steps", "300", *SMALL]) == 0
     for name in [name for name in sys.modules if name.partition(".")[0] == "line_lab"]:
         del sys.modules[name]
     elsewhere = tmp_path / "elsewhere"
@@ -65,7 +57,7 @@ def test_where_its_code_is_not_there_one_line_says_what_to_install(folder, capsy
     monkeypatch.chdir(elsewhere)
     monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry != str(folder)])
     capsys.readouterr()
-    assert call(["evaluate", str(folder / "runs" / "madys-line-world"), "--trust"]) == 2
+    assert call(["evaluate", str(folder / "runs" / "ea-line-world"), "--trust"]) == 2
     line = capsys.readouterr().err
     assert line.count("\n") == 1 and "no module line_lab here" in line and "install the package" in line
 
@@ -84,7 +76,7 @@ def test_methods_are_compared_on_it(folder, capsys):
     for name in ("few", "more"):
         (folder / f"{name}.yaml").write_text(yaml.safe_dump({"algorithm": algorithm}))
         algorithm = {**algorithm, "population": 8}
-    words = ["compare", "few.yaml,more.yaml", WORLD, "--steps", "200", "--seeds", "2", "--jobs", "1"]
+    words = ["compare", "few.yaml,more.yaml", WORLD, "--steps", "200", "--seeds", "1", "--jobs", "2"]
     assert call(words) == 0, capsys.readouterr().err
     results = folder / "runs" / "compare-line-world"
     assert "line-world" in (results / "table.md").read_text()
