@@ -63,6 +63,7 @@ def test_a_file_is_as_good_as_a_module(folder):
     env = sc.make("deep/lines.py:LineWorld/narrow", probes=3)
     assert (env.name, env.n_agents) == ("line-world-narrow", 3)
     assert type(sc.make(f"{folder}/deep/lines.py:LineWorld")) is type(env), "the same file is imported once"
+    assert registry.place_of(env) == f"{folder}/deep/lines.py:LineWorld", "found from anywhere"
 
 
 def test_an_environment_without_options(package):

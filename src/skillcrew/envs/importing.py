@@ -10,6 +10,9 @@ from typing import Any
 
 from skillcrew.errors import UserError, place_of_failure, unknown_name
 
+BY_PATH = "__imported_by_path__"
+"""What a module that was imported by its file's path keeps that path as."""
+
 
 def import_object(place: str) -> Any:
     """Imports `package.module:Name` or `folder/file.py:Name`; the current folder is looked in, too.
@@ -38,6 +41,12 @@ def import_object(place: str) -> Any:
             )
         found = getattr(found, part)
     return found
+
+
+def import_path(kind: type) -> str:
+    """What `import_object` finds a class by: its module, or the file that it was imported from by path."""
+    module = sys.modules.get(kind.__module__)
+    return f"{getattr(module, BY_PATH, kind.__module__)}:{kind.__qualname__}"
 
 
 def _module(name: str, place: str) -> ModuleType:
@@ -69,6 +78,7 @@ def _from_file(path: Path, place: str) -> ModuleType:
     if spec is None or spec.loader is None:
         raise UserError(f"{place}: {path} cannot be imported")
     module = importlib.util.module_from_spec(spec)
+    setattr(module, BY_PATH, str(path))
     if known is None:
         sys.modules[path.stem] = module
     try:

@@ -2,11 +2,10 @@
 
 import dataclasses
 import importlib.metadata
-import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from skillcrew.envs.importing import import_object
+from skillcrew.envs.importing import import_object, import_path
 from skillcrew.errors import UserError, nearest_first, unknown_name
 
 ENTRY_POINTS = "skillcrew.environments"
@@ -151,8 +150,7 @@ def make(name: str, **overrides: Any) -> Any:
 
 def place_of(env: Any) -> str | None:
     """The import path of an environment's class, or None where its name alone says which class it is."""
-    kind = type(env)
-    place = f"{kind.__module__}:{kind.__qualname__}"
+    place = import_path(type(env))
     try:
         registered = find(env.name) if ":" not in env.name else None
     except UserError:
@@ -182,9 +180,10 @@ def environment_class(place: str) -> Any:
 
 
 def _of_path(path: str) -> Entry:
-    place, _, preset = path.partition("/") if not path.partition(":")[0].endswith(".py") else _parted(path)
-    kind = environment_class(place)
-    name = getattr(kind, "name", None) or _kebab(kind.__name__)
+    module, _, inner = path.partition(":")
+    class_name, _, preset = inner.partition("/")
+    place = f"{module}:{class_name}"
+    name = environment_class(place).name
     domain = _of_class(name, place)
     if preset:
         presets = domain.presets()
@@ -193,13 +192,6 @@ def _of_path(path: str) -> Entry:
         called = preset if preset.startswith(name) else f"{name}-{preset}"
         return Entry(called, place, domain.config_class, presets[preset], by_path=True)
     return dataclasses.replace(_entry(domain, name), by_path=True)
-
-
-def _parted(path: str) -> tuple[str, str, str]:
-    """An import path of a file, whose folders have slashes too."""
-    file, _, inner = path.partition(":")
-    kind, slash, preset = inner.partition("/")
-    return f"{file}:{kind}", slash, preset
 
 
 def _of_class(name: str, place: str) -> Domain:
@@ -222,7 +214,3 @@ def _entry(domain: Domain, name: str) -> Entry:
 def _entry_points() -> Iterator[tuple[str, str]]:
     for entry in importlib.metadata.entry_points(group=ENTRY_POINTS):
         yield entry.name, entry.value
-
-
-def _kebab(name: str) -> str:
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", name).lower()
