@@ -14,7 +14,8 @@ from skillcrew.envs.rover.presets import PRESETS
 def folder(tmp_path, monkeypatch):
     """The folder that a stranger works in."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", list(sys.path))
+    # Without "", the current folder, which `python -m pytest` puts there and `skillcrew` does not.
+    monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry])
     yield tmp_path
     for name in [name for name in sys.modules if name.partition(".")[0] in ("line_lab", "lines")]:
         del sys.modules[name]
@@ -121,6 +122,20 @@ def test_an_installed_package_offers_names(installed):
     assert {"line", "narrow", "rover-t2-c1"} < set(registry.names())
     with pytest.raises(sc.UserError, match="probes = 0: give at least 1"):
         sc.make("line", probes=0)
+
+
+def test_a_folder_that_lies_around_does_not_stand_in_for_an_installed_package(installed, folder):
+    write_package(folder)
+    (folder / "line_lab" / "worlds.py").write_text("raise SystemExit('it ran what nobody trusted')\n")
+    assert sc.make("line").n_agents == 2
+    assert sc.make("line_lab.worlds:LineWorld").n_agents == 2
+
+
+def test_a_file_called_like_another_module_is_told_apart(folder):
+    (folder / "json.py").write_text(WORLD)
+    env = sc.make("json.py:LineWorld", probes=3)
+    assert (env.n_agents, registry.place_of(env)) == (3, f"{folder}/json.py:LineWorld")
+    assert type(sc.make("json.py:LineWorld")) is type(env)
 
 
 def test_one_that_cannot_be_imported_is_named_and_the_others_still_load(installed):

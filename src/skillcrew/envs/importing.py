@@ -14,8 +14,12 @@ BY_PATH = "__imported_by_path__"
 """What a module that was imported by its file's path keeps that path as."""
 
 
-def import_object(place: str) -> Any:
-    """Imports `package.module:Name` or `folder/file.py:Name`; the current folder is looked in, too.
+def import_object(place: str, here: bool = True) -> Any:
+    """Imports `package.module:Name` or `folder/file.py:Name`.
+
+    Args:
+        here: whether to look for modules in the current folder, and there first. Not for what an installed
+            package offers: a folder that lies around must not stand in for it.
 
     Raises:
         UserError: no such module, file or name, or importing it fails; the line says which and where.
@@ -24,7 +28,9 @@ def import_object(place: str) -> Any:
     if not module_name or not name:
         raise UserError(f"{place}: give module:Name, such as mylab.rescue:Rescue, or file.py:Name")
     module = (
-        _from_file(Path(module_name), place) if module_name.endswith(".py") else _module(module_name, place)
+        _from_file(Path(module_name), place)
+        if module_name.endswith(".py")
+        else _module(module_name, place, here)
     )
     found: Any = module
     for part in name.split("."):
@@ -49,11 +55,11 @@ def import_path(kind: type) -> str:
     return f"{getattr(module, BY_PATH, kind.__module__)}:{kind.__qualname__}"
 
 
-def _module(name: str, place: str) -> ModuleType:
-    here = str(Path.cwd())
-    if here not in sys.path and "" not in sys.path:
+def _module(name: str, place: str, here: bool) -> ModuleType:
+    folder = str(Path.cwd())
+    if here and folder not in sys.path and "" not in sys.path:
         # As `python -m` does: a script installed in bin/ does not look where it is called.
-        sys.path.insert(0, here)
+        sys.path.insert(0, folder)
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
@@ -71,20 +77,23 @@ def _from_file(path: Path, place: str) -> ModuleType:
     path = path.expanduser().resolve()
     if not path.is_file():
         raise UserError(f"{place}: no file {path}")
-    known = sys.modules.get(path.stem)
-    if known is not None and getattr(known, "__file__", None) == str(path):
+    for name in (path.stem, str(path)):
+        known = sys.modules.get(name)
+        if known is None or getattr(known, "__file__", None) == str(path):
+            break
+    if known is not None:
         return known
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    # By its path, where another module has that name already.
+    spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise UserError(f"{place}: {path} cannot be imported")
     module = importlib.util.module_from_spec(spec)
     setattr(module, BY_PATH, str(path))
-    if known is None:
-        sys.modules[path.stem] = module
+    sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        sys.modules.pop(path.stem, None)
+        del sys.modules[name]
         raise _failed(place, error) from error
     return module
 

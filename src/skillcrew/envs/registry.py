@@ -172,7 +172,7 @@ def environment_class(place: str) -> Any:
     """
     from skillcrew.envs.environment import Environment
 
-    kind = import_object(place)
+    kind = import_object(place, here=not is_offered(place))
     if isinstance(kind, type) and issubclass(kind, Environment):
         return kind
     what = "a class" if isinstance(kind, type) else f"{type(kind).__name__}"
