@@ -6,7 +6,7 @@ from typing import Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Float, Int, Key
 
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.evolver import Draw, Migrants
@@ -225,10 +225,7 @@ def next_generation(
     level = state.level.add(lineage, config.level_memory)
     standing = lineage.standing(config.lineage_prior, level.mean)
     sure = lineage.standing(config.champion_prior, level.mean)
-    veterans = rank(sure)[: config.veterans]
-    others = rank(standing.at[veterans].set(-jnp.inf))[: config.elites - config.veterans]
-    elites = jnp.concatenate([veterans, others])
-    elites = elites[rank(sure[elites])]
+    elites = elected(standing, sure, config)
     promise = lineage.mean.at[elites].set(-jnp.inf)
     survivors = jnp.concatenate([elites, rank(promise)[: config.challengers]])
     if config.selection == "tournament":
@@ -253,3 +250,18 @@ def next_generation(
         level,
         state.progress.observe(sure[elites[0]], config.restart),
     )
+
+
+def elected(
+    standing: Float[Array, " population"], sure: Float[Array, " population"], config: EvolutionConfig
+) -> Int[Array, " elites"]:
+    """The elites, the surest first: veterans, who are the surest of all, and the best of the others.
+
+    Args:
+        standing: by `lineage_prior`.
+        sure: by `champion_prior`.
+    """
+    veterans = rank(sure)[: config.veterans]
+    others = rank(standing.at[veterans].set(-jnp.inf))[: config.elites - config.veterans]
+    elites = jnp.concatenate([veterans, others])
+    return elites[rank(sure[elites])]
