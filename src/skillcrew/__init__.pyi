@@ -74,6 +74,7 @@ from .algorithms.open_loop import (
 )
 from .algorithms.registry import make_algorithm as make_algorithm
 from .algorithms.team_search import RaceConfig as RaceConfig
+from .envs.agent_type import AgentType as AgentType
 from .envs.checks.check import check_environment as check_environment
 from .envs.checks.report import CheckReport as CheckReport
 from .envs.environment import (
@@ -81,6 +82,9 @@ from .envs.environment import (
 )
 from .envs.environment import (
     TimeStep as TimeStep,
+)
+from .envs.environment import (
+    TimeStepByType as TimeStepByType,
 )
 from .envs.registry import make as make
 from .envs.rover.config import RoverConfig as RoverConfig

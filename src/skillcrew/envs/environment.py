@@ -3,12 +3,14 @@
 import abc
 import dataclasses
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Literal
 
 import equinox as eqx
 import jax
 from jaxtyping import Array, Bool, Float, Key, PyTree
+
+from skillcrew.envs.agent_type import AgentType
 
 ObservationScaling = Literal["symlog", "sqrt", "none"]
 """How a network brings observations to the scale on which it learns; see `Environment.input_scaling`."""
@@ -27,9 +29,29 @@ class TimeStep(eqx.Module):
     team_reward: Float[Array, "*worlds"]
     """The sparse reward of the whole team, the same for each agent."""
     terminated: Bool[Array, "*worlds"]
-    """The task is done; nothing follows, so nothing is bootstrapped."""
+    """The episode is over, and nothing follows, so nothing is bootstrapped: the task is done, or failed."""
     truncated: Bool[Array, "*worlds"]
     """The time limit cut the episode off before the task was done."""
+
+
+class TimeStepByType(eqx.Module):
+    """A `TimeStep` of agents that differ: with an array for each of `Environment.types`, by its name."""
+
+    observation: Mapping[str, Float[Array, "..."]]
+    """[agents, obs] of each type."""
+    local_rewards: Mapping[str, Float[Array, "..."]]
+    """[agents, skills] of each type."""
+    team_reward: Float[Array, "*worlds"]
+    terminated: Bool[Array, "*worlds"]
+    truncated: Bool[Array, "*worlds"]
+
+
+FROM_TYPES: Mapping[str, Callable[[tuple[AgentType, ...]], Any]] = {
+    "n_agents": lambda types: sum(kind.agents for kind in types),
+    "observation_size": lambda types: max(kind.observation_size for kind in types),
+    "action_size": lambda types: max(kind.action_size for kind in types),
+    "skills": lambda types: tuple(f"{kind.name}/{skill}" for kind in types for skill in kind.skills),
+}
 
 
 class Environment(abc.ABC):
@@ -48,7 +70,17 @@ class Environment(abc.ABC):
     config: Any
     """The options that it was made with, where it has a `config_class`."""
     skills: tuple[str, ...]
-    """Names of the skills, in the order of the last axis of `TimeStep.local_rewards`."""
+    """Names of the skills, in the order of the last axis of `TimeStep.local_rewards`; none for no skills."""
+    actions: Literal["continuous", "discrete"] = "continuous"
+    """"continuous": `action_size` numbers in [-1, 1] for each agent. "discrete": one of `action_size`
+    actions for each, by its index."""
+    types: tuple[AgentType, ...] = ()
+    """Where agents differ: their types. `reset`'s observation and `step`'s action are then dictionaries with
+    an array for each type, by its name, and `step` returns a `TimeStepByType`; `n_agents`, the largest sizes,
+    and `skills`, called "type/skill", follow from the types and need not be given."""
+    success: Literal["terminated"] | None = None
+    """Whether "terminated" says that the task was done, so that the share of episodes that end so may be
+    called the success rate. None: there is no success, only return."""
     input_scaling: ObservationScaling = "symlog"
     """What suits the observations, unless a network's own configuration says otherwise. "symlog":
     sign(x)·log(1 + |x|), linear near 0 and gentle with large numbers, for offsets, speeds and the like
@@ -64,23 +96,30 @@ class Environment(abc.ABC):
         if "name" not in cls.__dict__:
             cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
 
-    @abc.abstractmethod
-    def reset(self, key: Key[Array, ""]) -> tuple[PyTree, Float[Array, "agents obs"]]:
-        """Draws a new world; returns its state and each agent's observation."""
+    def __getattr__(self, name: str) -> Any:
+        """What follows from the types of agents, where it is not given."""
+        if name in FROM_TYPES and self.types:
+            return FROM_TYPES[name](self.types)
+        raise AttributeError(f"{type(self).__name__} has no {name}", name=name, obj=self)
 
     @abc.abstractmethod
-    def step(
-        self, state: PyTree, action: Float[Array, "agents act"], key: Key[Array, ""]
-    ) -> tuple[PyTree, TimeStep]:
-        """Moves every agent by its action, whose entries lie in [-1, 1]."""
+    def reset(self, key: Key[Array, ""]) -> tuple[PyTree, Any]:
+        """Draws a new world; returns its state and each agent's observation, as in a `TimeStep`."""
 
-    def reset_worlds(self, keys: Key[Array, " worlds"]) -> tuple[PyTree, Float[Array, "agents obs worlds"]]:
+    @abc.abstractmethod
+    def step(self, state: PyTree, action: Any, key: Key[Array, ""]) -> tuple[PyTree, Any]:
+        """Moves every agent by its action; returns the new state and a `TimeStep`.
+
+        Args:
+            action: Float[Array, "agents act"] with entries in [-1, 1], or Int[Array, " agents"] with the
+                indices of discrete ones; where agents differ, a dictionary of such arrays, by type.
+        """
+
+    def reset_worlds(self, keys: Key[Array, " worlds"]) -> tuple[PyTree, Any]:
         """`reset` of one world per key; every result has the world axis last."""
         return jax.vmap(self.reset, out_axes=-1)(keys)
 
-    def step_worlds(
-        self, state: PyTree, action: Float[Array, "agents act worlds"], keys: Key[Array, " worlds"]
-    ) -> tuple[PyTree, TimeStep]:
+    def step_worlds(self, state: PyTree, action: Any, keys: Key[Array, " worlds"]) -> tuple[PyTree, TimeStep]:
         """`step` of many worlds, the world axis last throughout.
 
         The largest axis last is what CPU and GPU kernels want. An environment whose arithmetic
