@@ -31,6 +31,9 @@ from .algorithms.independent import (
     IndependentDDPGConfig as IndependentDDPGConfig,
 )
 from .algorithms.independent import (
+    IndependentDQN as IndependentDQN,
+)
+from .algorithms.independent import (
     IndependentTD3 as IndependentTD3,
 )
 from .algorithms.independent import (
@@ -107,6 +110,7 @@ from .experiment.run import (
     train as train,
 )
 from .experiment.runner import Interrupted as Interrupted
+from .learners.dqn import DQNConfig as DQNConfig
 from .learners.plateau import PlateauConfig as PlateauConfig
 from .learners.resource_manager import ResourceConfig as ResourceConfig
 from .learners.td3 import (

@@ -10,6 +10,7 @@ import dataclasses
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from flashbax.buffers import trajectory_buffer as flashbax
 from jaxtyping import Array, Bool, Float, Int, Key
@@ -78,6 +79,27 @@ class ReplayBuffer:
         """Draws `batch` transitions uniformly, with replacement. The buffer must not be empty."""
         rows = flashbax.sample(state, key, batch, sequence_length=1, period=1).experience
         return self._unpack(rows[:, 0])
+
+    def sample_of(
+        self,
+        state: Any,
+        key: Key[Array, ""],
+        batch: int,
+        members: Int[Array, "2"],
+        n_agents: int,
+    ) -> Transitions:
+        """Draws transitions of some of the agents only.
+
+        Agents live in step, so that a row's place says whose it is as long as `capacity` is a multiple of
+        `n_agents`.
+
+        Args:
+            members: the first of those agents, and how many they are.
+        """
+        key_step, key_agent = jax.random.split(key)
+        step = jax.random.randint(key_step, (batch,), 0, self.size(state) // n_agents)
+        agent = jax.random.randint(key_agent, (batch,), members[0], members[0] + members[1])
+        return self._unpack(state.experience[0, step * n_agents + agent])
 
     def _pack(self, transitions: Transitions) -> Float[Array, "items width"]:
         fields = (

@@ -12,6 +12,8 @@ from jaxtyping import Array, Bool, Float, Int, Key, PyTree
 
 from skillcrew.conditional import run_unless
 from skillcrew.envs.environment import Environment
+from skillcrew.envs.padded import uniform
+from skillcrew.policies.exploration import with_random_ones
 from skillcrew.policies.team import Team
 
 Policy = Callable[[Array, PyTree, Array], tuple[Array, PyTree, Array]]
@@ -52,6 +54,7 @@ class Trajectories(Episodes):
     observation: Float[Array, "*time worlds agents obs"]
     """Before the action."""
     action: Float[Array, "*time worlds agents act"]
+    """Where actions are discrete, a 1 at the place of the one that was taken and 0 elsewhere."""
     next_observation: Float[Array, "*time worlds agents obs"]
     """After the action, of the same episode."""
     local_rewards: Float[Array, "*time worlds agents skills"]
@@ -67,7 +70,7 @@ class Start(eqx.Module):
     @classmethod
     def draw(cls, env: Environment, key: Key[Array, ""], worlds: int) -> "Start":
         """New worlds, each from its own key."""
-        return cls(*env.reset_worlds(jax.random.split(key, worlds)))
+        return cls(*uniform(env).reset_worlds(jax.random.split(key, worlds)))
 
     @property
     def worlds(self) -> int:
@@ -169,7 +172,8 @@ def rollout(
     Args:
         lineup: who plays where.
         noise: standard deviation of Gaussian noise on the primitive action, which is then
-            clipped to [-1, 1]. A literal 0 spares drawing it.
+            clipped to [-1, 1]; of discrete actions, how likely each is a random one. A literal 0 spares
+            drawing it.
         recorded: which of the worlds to keep the whole story of; it takes some twenty times the memory.
 
     Returns:
@@ -177,6 +181,7 @@ def rollout(
     """
     is_noisy = not (isinstance(noise, float) and noise == 0)
     start, worlds = lineup.start, lineup.start.worlds
+    world = uniform(env)
 
     def live_one_step(carry, keys):
         state, observation, memory, running = carry
@@ -184,16 +189,13 @@ def rollout(
         seen = jnp.moveaxis(observation, -1, 0)
         action, memory, choice = lineup.policy(seen, memory, jax.random.split(key_policy, worlds))
         if is_noisy:
-            # Drawing it would take a third of a rollout whose noise is 0 because nobody learns any more.
-            draw = run_unless(
-                jnp.asarray(noise == 0), lambda _: jax.random.normal(key_noise, action.shape), action * 0.0
-            )
-            action = jnp.clip(action + noise * draw, -1.0, 1.0)
-        state, step = env.step_worlds(state, jnp.moveaxis(action, 0, -1), jax.random.split(key_env, worlds))
+            action = _explored(key_noise, action, jnp.asarray(noise), env.choices)
+        keys_env = jax.random.split(key_env, worlds)
+        state, step = world.step_worlds(state, jnp.moveaxis(action, 0, -1), keys_env)
         episodes = Episodes(step.team_reward, step.terminated, running)
         trajectories = Trajectories(
             observation=seen,
-            action=action,
+            action=_rows(action, env),
             next_observation=jnp.moveaxis(step.observation, -1, 0),
             local_rewards=jnp.moveaxis(step.local_rewards, -1, 0),
             team_reward=step.team_reward,
@@ -207,3 +209,22 @@ def rollout(
 
     carry = (start.state, start.observation, lineup.memory, jnp.ones(worlds, bool))
     return jax.lax.scan(live_one_step, carry, jax.random.split(key, (env.episode_length, 3)))[1]
+
+
+def _explored(key: Key[Array, ""], action: Array, noise: Float[Array, ""], choices: int) -> Array:
+    """Actions with noise; none is drawn where it is 0.
+
+    Drawing it would take a third of a rollout whose noise is 0 because nobody learns any more.
+    """
+    if choices:
+        return run_unless(noise == 0, lambda taken: with_random_ones(key, taken, noise, choices), action)
+    draw = run_unless(noise == 0, lambda _: jax.random.normal(key, action.shape), action * 0.0)
+    return jnp.clip(action + noise * draw, -1.0, 1.0)
+
+
+def _rows(action: Array, env: Environment) -> Float[Array, "worlds agents act"]:
+    """Actions as rows of numbers, whatever they are."""
+    if not env.choices:
+        return action
+    taken = jax.nn.one_hot(action, env.choices)
+    return taken.reshape(len(action), env.n_agents, env.action_size)

@@ -87,7 +87,7 @@ def generation(request) -> Generation:
     after, measured = program(before, 1.0)
     actor = config.actor
     codec = GenomeCodec(
-        lambda key: MemoryNetwork.create(key, ea.env.observation_size, 2, actor), actor.networks(AGENTS)
+        lambda key: MemoryNetwork.create(key, ea.env.observation_size, 2, actor), actor.networks(ea.env)
     )
     teams = [codec.decode(genome) for genome in before.search.genomes]
     start_keys = jax.random.split(jax.random.split(before.key, 4)[1], EPISODES)

@@ -9,6 +9,7 @@ import skillcrew as sc
 from envs.test_check import Sound
 from skillcrew.algorithms.registry import ALGORITHMS
 
+PICKING = {"dqn"}  # Its actions are discrete, those of this world are not.
 SELECTING = {"madys", "madys-plus", "madys-es", "open-loop", "mfl"}
 
 
@@ -20,7 +21,7 @@ class Unskilled(Sound):
         return state, eqx.tree_at(lambda step: step.local_rewards, step, jnp.zeros((self.n_agents, 0)))
 
 
-@pytest.mark.parametrize("name", sorted(set(ALGORITHMS) - SELECTING - {"merl"}))
+@pytest.mark.parametrize("name", sorted(set(ALGORITHMS) - SELECTING - PICKING - {"merl"}))
 def test_what_needs_no_skills_steps(name):
     algorithm = sc.make_algorithm(name, Unskilled())
     _, metrics = jax.eval_shape(lambda key: algorithm.step(algorithm.init(key)), jax.random.key(0))

@@ -10,7 +10,8 @@ import pytest
 
 from oracles import td3 as oracle
 from oracles.rover_cases import quick_jit
-from skillcrew.learners.td3 import TD3, Batch, TD3Config, TD3State
+from skillcrew.learners.batch import Batch
+from skillcrew.learners.td3 import TD3, TD3Config, TD3State
 from skillcrew.policies.network import NetworkConfig
 
 OBSERVATION, ACTION, BATCH, ROUNDS = 5, 2, 7, 3

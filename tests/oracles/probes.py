@@ -6,7 +6,7 @@ Observations have one number, which the second entry (always 0) makes two; actio
 import jax
 import jax.numpy as jnp
 
-from skillcrew.learners.td3 import Batch
+from skillcrew.learners.batch import Batch
 
 DISCOUNT = 0.5
 OBSERVATION, ACTION = 2, 1

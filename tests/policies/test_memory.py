@@ -13,6 +13,7 @@ from jax.flatten_util import ravel_pytree
 from oracles.recurrent import remember
 from oracles.refusals import refusal, unhooked
 from oracles.rover_cases import quick_jit
+from oracles.toy import Toy
 from skillcrew.policies import memory as module
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, for_each_agent
@@ -157,8 +158,9 @@ def test_agents_who_share_a_network_remember_their_own_past() -> None:
 
 
 def test_a_team_has_a_network_for_each_agent_or_one() -> None:
-    assert PolicyConfig().networks(AGENTS) == AGENTS
-    assert PolicyConfig(sharing="team").networks(AGENTS) == 1
+    env = Toy()
+    assert PolicyConfig().networks(env) == env.n_agents
+    assert PolicyConfig(sharing="team").networks(env) == 1
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,13 @@ from jaxtyping import Array, Bool, Float, Key
 
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
-from skillcrew.learners.td3 import TD3, Batch, TD3Config, TD3State
+from skillcrew.learners.batch import Batch
+from skillcrew.learners.dqn import DQNConfig
+from skillcrew.learners.learner import LearnerState, make_learner, unused_learner
+from skillcrew.learners.td3 import TD3Config
 from skillcrew.learners.training import train_learners
 from skillcrew.policies.memory import MemoryNetwork
+from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.team import ActorTeam
 from skillcrew.replay import ReplayBuffer, Transitions, capacity_for, most_transitions, transitions_of
 from skillcrew.rollout import Trajectories
@@ -34,12 +38,14 @@ class ActorLearningConfig:
     """Critic updates per actor and generation; a multiple of learner.policy_delay."""
     exploration_noise: float = 0.1
     """Standard deviation of the noise on primitive actions in the learner's own episodes (Fujimoto et al.
-    2018)."""
+    2018); how likely each discrete action is a random one."""
     buffer_capacity: int | None = None
     """Transitions that are kept, of all actors together; a transition is of one agent. Default: 300,000, or
     those of two generations where they are more."""
     learner: TD3Config = dataclasses.field(default_factory=lambda: TD3Config(discount=0.99))
     """How actors learn. The discount looks as far as the team's task takes."""
+    dqn: DQNConfig = dataclasses.field(default_factory=lambda: DQNConfig(discount=0.99))
+    """How they learn where actions are discrete."""
 
     def __post_init__(self) -> None:
         for field in ("updates", "buffer_capacity"):
@@ -54,11 +60,15 @@ class ActorLearningConfig:
                 f"{self.learner.policy_delay}"
             )
 
+    def unused(self, env: Environment) -> set[str]:
+        """The name of the section of the learner that does not suit the environment's actions."""
+        return {unused_learner(env.choices)}
+
 
 class ActorLearningState(eqx.Module):
     """All that learners know and learn from."""
 
-    learners: TD3State
+    learners: LearnerState
     """Leaves have a leading axis of actors."""
     experience: Any
     """The buffers' contents; leaves have a leading axis of buffers."""
@@ -92,7 +102,9 @@ class ActorLearning:
         self._discounts = discounts
         self.n_actors = len(discounts) if discounts else n_actors
         self._n_buffers = 1 if discounts else n_actors
-        self._learner = TD3(config.learner, env.observation_size, env.action_size, heads)
+        self._learner = make_learner(
+            config.learner, config.dqn, env.observation_size, env.action_size, env.choices, heads
+        )
         self.reserve(0)
 
     def init(self, key: Key[Array, ""]) -> ActorLearningState:
@@ -102,13 +114,18 @@ class ActorLearning:
         experience = jax.tree.map(lambda leaf: jnp.stack([leaf] * self._n_buffers), empty)
         return ActorLearningState(learners, experience)
 
+    @property
+    def network(self) -> NetworkConfig:
+        """Of the actors."""
+        return self._learner.config.network
+
     def actors(self, state: ActorLearningState) -> MemoryNetwork:
         """The actors as they stand, as networks that a team can act by."""
         return jax.vmap(MemoryNetwork.of_actor)(state.learners.actor)
 
     def team(self, state: ActorLearningState) -> ActorTeam:
         """The actors as they stand, without noise."""
-        return ActorTeam(self.actors(state), self._env.n_agents)
+        return ActorTeam(self.actors(state), self._env.n_agents, self._env.choices)
 
     def learn(
         self, key: Key[Array, ""], state: ActorLearningState, lived: Trajectories
@@ -144,7 +161,8 @@ class ActorLearning:
 
     def _draw(self, key: Key[Array, ""], experience: Any) -> Batch:
         """Each actor's mini-batches, with leading axes [actors, policy_delay, batch_size]."""
-        shape = (self.n_actors, self.config.learner.policy_delay, self.config.learner.batch_size)
+        learner = self._learner.config
+        shape = (self.n_actors, learner.policy_delay, learner.batch_size)
         each = math.prod(shape) // self._n_buffers
         keys = jax.random.split(key, self._n_buffers)
         drawn = jax.vmap(lambda held, k: self._buffer.sample(held, k, each))(experience, keys)

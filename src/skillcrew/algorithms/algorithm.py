@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 from jaxtyping import Array, Key, PyTree
 
 from skillcrew.envs.environment import Environment
-from skillcrew.errors import unknown_name
+from skillcrew.errors import UserError, unknown_name
 from skillcrew.policies.team import Team
 
 
@@ -72,16 +72,25 @@ def override(algorithm: Any, config: Any, overrides: Mapping[str, Any]) -> Any:
         if field not in fields:
             raise unknown_name(f"field of {algorithm.name}", field, fields)
     config = dataclasses.replace(config or algorithm.config_class(), **overrides)
-    return _scaled_as(algorithm.env.input_scaling, config)
+    return scaled_as(algorithm.env.input_scaling, config)
 
 
-def _scaled_as(scaling: str, config: Any) -> Any:
+def agents_differ(env: Environment) -> UserError:
+    """That one actor is to be shared by agents of several types."""
+    kinds = ", ".join(kind.name for kind in env.types)
+    return UserError(
+        f"sharing = team: agents of {env.name} differ ({kinds}), and one actor cannot be all of them; set it "
+        "to agent"
+    )
+
+
+def scaled_as(scaling: str, config: Any) -> Any:
     """A configuration in which networks that leave the scale of their input to the environment name it."""
     changes = {}
     for field in dataclasses.fields(config):
         value = getattr(config, field.name)
         if dataclasses.is_dataclass(value):
-            changes[field.name] = _scaled_as(scaling, value)
+            changes[field.name] = scaled_as(scaling, value)
         elif field.name == "input_scaling" and value == "environment":
             changes[field.name] = scaling
     return dataclasses.replace(config, **changes) if changes else config

@@ -16,6 +16,7 @@ from skillcrew.algorithms.algorithm import ActsDirectly, override
 from skillcrew.algorithms.migration import Migration, MigrationConfig, MigrationState
 from skillcrew.envs.environment import Environment
 from skillcrew.envs.joint import Joint
+from skillcrew.envs.padded import uniform
 from skillcrew.errors import UserError
 from skillcrew.learners.resource_manager import ResourceConfig, ResourceManager
 from skillcrew.policies.team import JointTeam
@@ -75,7 +76,7 @@ class CERL(ActsDirectly):
     def __init__(self, env: Environment, config: CERLConfig | None = None, **overrides: Any):
         self.env = env
         self.config = override(self, config, overrides)
-        joint = Joint(env)
+        joint = Joint(uniform(env))
         portfolio = ActorLearning(joint, self.config, discounts=self.config.discounts)
         self._migration = Migration(joint, self.config, portfolio, networks=1)
 

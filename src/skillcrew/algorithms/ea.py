@@ -11,7 +11,7 @@ from jaxtyping import Array, Int, Key
 from skillcrew.algorithms.algorithm import ActsDirectly, override
 from skillcrew.algorithms.team_search import SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
-from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
+from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, dealt_out
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.team import ActorTeam
 from skillcrew.rollout import rollout
@@ -51,7 +51,7 @@ class EA(ActsDirectly):
     def __init__(self, env: Environment, config: EAConfig | None = None, **overrides: Any):
         self.env = env
         self.config = override(self, config, overrides)
-        codec = GenomeCodec(self._create_actor, self.config.actor.networks(env.n_agents))
+        codec = GenomeCodec(self._create_actor, self.config.actor.networks(env))
         self._search = TeamSearch(env, codec, self.config)
 
     def init(self, key: Key[Array, ""]) -> EAState:
@@ -80,7 +80,8 @@ class EA(ActsDirectly):
         return 4 * self._search.worlds * self.env.n_agents * width
 
     def _make_team(self, actors: MemoryNetwork) -> ActorTeam:
-        return ActorTeam(actors, self.env.n_agents)
+        actors = dealt_out(actors, self.env, self.config.actor)
+        return ActorTeam(actors, self.env.n_agents, self.env.choices)
 
     def _create_actor(self, key: Key[Array, ""]) -> MemoryNetwork:
         return MemoryNetwork.create(key, self.env.observation_size, self.env.action_size, self.config.actor)

@@ -12,6 +12,7 @@ from skillcrew.algorithms.algorithm import override
 from skillcrew.algorithms.migration import Migration, MigrationConfig, MigrationState, OneLearnerMigrates
 from skillcrew.envs.environment import Environment
 from skillcrew.envs.joint import Joint
+from skillcrew.envs.padded import uniform
 from skillcrew.policies.team import JointTeam
 
 
@@ -37,7 +38,7 @@ class ERL(OneLearnerMigrates):
     def __init__(self, env: Environment, config: ERLConfig | None = None, **overrides: Any):
         self.env = env
         self.config = override(self, config, overrides)
-        joint = Joint(env)
+        joint = Joint(uniform(env))
         self._migration = Migration(joint, self.config, ActorLearning(joint, self.config), networks=1)
 
     def team(self, state: MigrationState) -> JointTeam:

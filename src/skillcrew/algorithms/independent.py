@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Int, Key
 
 from skillcrew.algorithms.actor_learning import ActorLearning, ActorLearningConfig, ActorLearningState
-from skillcrew.algorithms.algorithm import ActsDirectly, override
+from skillcrew.algorithms.algorithm import ActsDirectly, agents_differ, override
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.learners.td3 import TD3Config
@@ -67,7 +67,10 @@ class IndependentTD3(ActsDirectly):
 
     def __init__(self, env: Environment, config: Any = None, **overrides: Any):
         self.env = env
+        self._check_actions()
         self.config = override(self, config, overrides)
+        if env.types and self.config.sharing == "team":
+            raise agents_differ(env)
         n_actors = env.n_agents if self.config.sharing == "agent" else 1
         self._actors = ActorLearning(env, self.config, n_actors)
         self._actors.reserve(self.config.episodes)
@@ -81,7 +84,7 @@ class IndependentTD3(ActsDirectly):
     def step(self, state: IndependentState) -> tuple[IndependentState, dict[str, Array]]:
         """One generation: a few episodes, then updates."""
         key, key_start, key_rollout, key_learn = jax.random.split(state.key, 4)
-        explorers = NoisyTeam(self.team(state), self.config.exploration_noise)
+        explorers = NoisyTeam(self.team(state), self.config.exploration_noise, self.env.choices)
         start = Start.draw(self.env, key_start, self.config.episodes)
         episodes, lived = rollout(self.env, Lineup.of_team(explorers, start), key_rollout)
         actors, measured = self._actors.learn(key_learn, state.actors, lived)
@@ -95,6 +98,13 @@ class IndependentTD3(ActsDirectly):
         """The actors as they stand."""
         return self._actors.team(state.actors)
 
+    def _check_actions(self) -> None:
+        if self.env.choices:
+            raise UserError(
+                f"{self.name}: gives continuous actions, and those of {self.env.name} are discrete; use dqn, "
+                "madys, madys-plus, mfl, ea, ccea, merl, erl or cerl"
+            )
+
     def transient_bytes(self) -> int:
         """What a generation takes beside the state."""
         return self._actors.transient_bytes(self.config.episodes)
@@ -106,3 +116,17 @@ class IndependentDDPG(IndependentTD3):
     name = "ddpg"
     label = "DDPG"
     config_class = IndependentDDPGConfig
+
+
+class IndependentDQN(IndependentTD3):
+    """Each agent learns by DQN on a reward of its own or the team's; for discrete actions."""
+
+    name = "dqn"
+    label = "DQN"
+
+    def _check_actions(self) -> None:
+        if not self.env.choices:
+            raise UserError(
+                f"dqn: picks one of several actions, and those of {self.env.name} are continuous; use td3 or "
+                "ddpg"
+            )

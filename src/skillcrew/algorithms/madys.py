@@ -40,7 +40,7 @@ class MADyS(SkillTeams):
         skills = state.skills.in_use()
 
         def make_team(selectors: AnySelector) -> SkillTeam:
-            return SkillTeam(selectors, skills, self.env.n_agents)
+            return self._team_of(selectors, skills)
 
         # Lines 6 to 9 (and Algorithm 2): every team lives the same fresh episodes into the buffer, with noise
         # while any skill learns.

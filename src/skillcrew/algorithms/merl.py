@@ -9,12 +9,14 @@ import dataclasses
 from typing import Any, Literal
 
 from skillcrew.algorithms.actor_learning import ActorLearning
-from skillcrew.algorithms.algorithm import override
+from skillcrew.algorithms.algorithm import agents_differ, override
 from skillcrew.algorithms.migration import Migration, MigrationConfig, MigrationState, OneLearnerMigrates
 from skillcrew.algorithms.skill_learning import SkillConfig
 from skillcrew.envs.environment import Environment
 from skillcrew.envs.identified import Identified
+from skillcrew.envs.padded import uniform
 from skillcrew.errors import UserError, unknown_name
+from skillcrew.learners.dqn import DQNConfig
 from skillcrew.learners.td3 import TD3Config
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.team import ActorTeam, IdentifiedTeam
@@ -43,6 +45,10 @@ class MERLConfig(MigrationConfig):
     )
     """How actors learn; by default as MADyS's skills do, whose rewards are the same. The network is also what
     evolves, and large ones evolve slowly."""
+    dqn: DQNConfig = dataclasses.field(
+        default_factory=lambda: dataclasses.replace(SkillConfig().dqn, network=NetworkConfig(hidden=(32,)))
+    )
+    """How they learn where actions are discrete."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -76,12 +82,14 @@ class MERL(OneLearnerMigrates):
     def __init__(self, env: Environment, config: MERLConfig | None = None, **overrides: Any):
         self.env = env
         self.config = override(self, config, overrides)
+        if env.types and self.config.sharing == "team":
+            raise agents_differ(env)
         own = self.config.sharing == "agent"
         heads = env.n_agents if self.config.sharing == "trunk" else 0
-        told = Identified(env) if heads else env
+        told = Identified(uniform(env)) if heads else env
         actors = env.n_agents if own else 1
         first = self.config.reward == "first" and env.skills
-        rewarded = dataclasses.replace(self.config, reward=env.skills[0]) if first else self.config
+        rewarded = dataclasses.replace(self.config, reward=_first(env)) if first else self.config
         learning = ActorLearning(told, rewarded, n_actors=actors, heads=heads)
         self._migration = Migration(told, self.config, learning, networks=actors, heads=heads)
 
@@ -89,3 +97,9 @@ class MERL(OneLearnerMigrates):
         """The champion of the population."""
         champion = self._migration.champion(state)
         return IdentifiedTeam(champion) if self.config.sharing == "trunk" else champion
+
+
+def _first(env: Environment) -> str:
+    """The environment's first skill, or that of each type of agents."""
+    firsts = [f"{kind.name}/{kind.skills[0]}" for kind in env.types if kind.skills]
+    return "+".join(firsts) if env.types else env.skills[0]

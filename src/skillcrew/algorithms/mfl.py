@@ -14,7 +14,7 @@ from jaxtyping import Array
 from skillcrew.algorithms.skill_teams import SkillTeams, SkillTeamsConfig, SkillTeamsState
 from skillcrew.errors import UserError
 from skillcrew.policies.selector import AnySelector
-from skillcrew.policies.team import SkillTeam, WanderingTeam
+from skillcrew.policies.team import WanderingTeam
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,7 +56,7 @@ class MFL(SkillTeams):
         pretraining = state.environment_steps < self.config.pretraining_steps
 
         def make_team(selectors: AnySelector) -> WanderingTeam:
-            team = SkillTeam(selectors, skills, self.env.n_agents)
+            team = self._team_of(selectors, skills)
             return WanderingTeam(team, pretraining, self.config.exploration_change)
 
         episodes, recorded, lived = self._live(state, make_team, pretraining, key_start, key_rollout)

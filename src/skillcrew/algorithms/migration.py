@@ -18,6 +18,7 @@ from skillcrew.algorithms.team_search import HOSTS, SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError
 from skillcrew.evolution.evolver import Migrants
+from skillcrew.learners.dqn import DQNConfig
 from skillcrew.learners.td3 import TD3Config
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.memory import MemoryNetwork
@@ -39,6 +40,10 @@ class MigrationConfig(SearchConfig, ActorLearningConfig):
         default_factory=lambda: TD3Config(discount=0.99, network=NetworkConfig(hidden=(32,)))
     )
     """How actors learn. The network is also what evolves, and large ones evolve slowly."""
+    dqn: DQNConfig = dataclasses.field(
+        default_factory=lambda: DQNConfig(discount=0.99, network=NetworkConfig(hidden=(32,)))
+    )
+    """How they learn where actions are discrete."""
 
     def __post_init__(self) -> None:
         SearchConfig.__post_init__(self)
@@ -51,6 +56,10 @@ class MigrationConfig(SearchConfig, ActorLearningConfig):
                 f"evolver = {self.evolver}: has nobody whose place a migrant could take; set it to "
                 + " or ".join(HOSTS)
             )
+
+    def unused(self, env: Environment) -> set[str]:
+        """Names of the sections that are not looked at in such an environment."""
+        return SearchConfig.unused(self, env) | ActorLearningConfig.unused(self, env)
 
 
 class MigrationState(eqx.Module):
@@ -170,13 +179,13 @@ class Migration:
         return self._search.worlds + self.learners * config.episodes + config.learner_episodes
 
     def _make_team(self, actors: MemoryNetwork) -> ActorTeam:
-        return ActorTeam(actors, self._env.n_agents)
+        return ActorTeam(actors, self._env.n_agents, self._env.choices)
 
     def _make_explorer(self, actors: MemoryNetwork) -> NoisyTeam:
-        return NoisyTeam(self._make_team(actors), self.config.exploration_noise)
+        return NoisyTeam(self._make_team(actors), self.config.exploration_noise, self._env.choices)
 
     def _create_actor(self, key: Key[Array, ""]) -> MemoryNetwork:
-        env, network = self._env, self.config.learner.network
+        env, network = self._env, self._learning.network
         actor = Actor.create(key, env.observation_size, env.action_size, network, self._heads)
         return MemoryNetwork.of_actor(actor)
 

@@ -80,6 +80,10 @@ ALGORITHMS: dict[str, Listed] = {
         "independent:IndependentDDPG",
         "Each agent learns by DDPG on a reward of its own or the team's; nothing evolves.",
     ),
+    "dqn": _ours(
+        "independent:IndependentDQN",
+        "Each agent learns by DQN on a reward of its own or the team's; for discrete actions.",
+    ),
 }
 """In the order in which they are listed."""
 

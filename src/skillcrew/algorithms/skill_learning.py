@@ -8,12 +8,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, Key
 
+from skillcrew.algorithms.repertoire import Repertoire
 from skillcrew.algorithms.skill_training import train_skills
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
+from skillcrew.learners.dqn import DQNConfig
+from skillcrew.learners.learner import LearnerState, make_learner, unused_learner
 from skillcrew.learners.plateau import Plateau, PlateauConfig, mean_return
-from skillcrew.learners.td3 import TD3, TD3Config, TD3State
-from skillcrew.policies.actor import Actor
+from skillcrew.learners.td3 import TD3Config
+from skillcrew.policies.dispatch import Skills
 from skillcrew.policies.team import FixedChoiceTeam
 from skillcrew.replay import ReplayBuffer, capacity_for, most_transitions, transitions_of
 from skillcrew.rollout import Lineup, Start, Trajectories
@@ -34,8 +37,8 @@ class SkillConfig:
     """Whether a skill's value ends where the team's task is done, as the episode does; what it is paid for
     does not. With it "go to" skills learn to wait just outside the last goal."""
     exploration_noise: float = 0.3
-    """Standard deviation of the noise on primitive actions while teams are evaluated, until all skills have
-    stopped learning."""
+    """Standard deviation of the noise on primitive actions while teams are evaluated, or how likely each
+    discrete action is a random one, until all skills have stopped learning."""
     buffer_capacity: int | None = None
     """Transitions that the shared buffer holds; a transition is of one agent. Default: 300,000, or those of
     two generations where they are more."""
@@ -52,6 +55,8 @@ class SkillConfig:
         )
     )
     """How skills learn. What differs from `TD3Config`, and why: docs/algorithms/madys.md."""
+    dqn: DQNConfig = dataclasses.field(default_factory=lambda: DQNConfig(discount=0.8, soft_update=0.01))
+    """How they learn where actions are discrete."""
     plateau: PlateauConfig = dataclasses.field(default_factory=PlateauConfig)
     """When a skill stops learning."""
 
@@ -67,6 +72,10 @@ class SkillConfig:
                 f"updates = {self.updates}: give a multiple of learner.policy_delay = "
                 f"{self.learner.policy_delay}"
             )
+
+    def unused(self, env: Environment) -> set[str]:
+        """The name of the section of the learner that does not suit the environment's actions."""
+        return {unused_learner(env.choices)}
 
     def check_episodes(self, episodes: int) -> None:
         """Raises `UserError` if more are to be probed or recorded than there are in a generation."""
@@ -84,13 +93,13 @@ class SkillConfig:
 class SkillState(eqx.Module):
     """The skills, how they have come along, and what they learn from."""
 
-    learners: TD3State
+    learners: LearnerState
     """Leaves have a leading skill axis."""
     plateau: Plateau
     experience: Any
     """The shared buffer's contents."""
 
-    def in_use(self) -> Actor:
+    def in_use(self) -> Skills:
         """The skills Π_k that teams act by: the slowly following target actors Π'_k, not the latest ones.
 
         Selectors evolve for the skills as they are, and the latest actors change in each generation by
@@ -111,12 +120,20 @@ class SkillLearning:
         self.config = config
         self._env = env
         self._indices = skill_indices(env, config.skills)
-        self._learner = TD3(config.learner, env.observation_size, env.action_size)
+        self._learner = make_learner(
+            config.learner, config.dqn, env.observation_size, env.action_size, env.choices
+        )
+        self.repertoire = Repertoire.of(env, self.names)
         self.reserve(0)
 
     @property
     def n_skills(self) -> int:
         return len(self._indices)
+
+    @property
+    def n_choices(self) -> int:
+        """Among how many skills an agent chooses."""
+        return self.repertoire.choices if self.repertoire else self.n_skills
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -135,6 +152,9 @@ class SkillLearning:
         """
         env = self._env
         capacity = capacity_for(most_transitions(env, worlds), self.config.buffer_capacity)
+        if self.repertoire:
+            # Then a row's place says whose it is.
+            capacity -= capacity % env.n_agents
         self._buffer = ReplayBuffer(capacity, env.observation_size, env.action_size, self.n_skills)
 
     def transient_bytes(self, worlds: int) -> int:
@@ -152,8 +172,9 @@ class SkillLearning:
     def probes(self, state: SkillState, start: Start) -> Lineup:
         """Each skill on its own in the first few of the worlds, skill by skill."""
         skills = state.in_use()
+        partners = self.repertoire.partners if self.repertoire else ()
         return Lineup.of_teams(
-            lambda skill: FixedChoiceTeam(skill, skills, self._env.n_agents),
+            lambda skill: FixedChoiceTeam(skill, skills, self._env.n_agents, partners),
             jnp.arange(self.n_skills, dtype=jnp.int32),
             self.n_skills,
             start.first(self.config.probe_episodes),
@@ -199,16 +220,20 @@ class SkillLearning:
             experience,
             self.config.updates,
             self.config.task_ends_skills,
+            self.repertoire.members if self.repertoire else None,
         )
         state = SkillState(learners, plateau, experience)
         return state, self._metrics(state, returns, losses)
 
     def _returns(self, probes: Trajectories) -> Float[Array, " skills"]:
-        """R_k of each skill, over its own probe episodes and all agents."""
+        """R_k of each skill, over its own probe episodes and all agents that can use it."""
+        users = jnp.array(self.repertoire.users) if self.repertoire else None
 
         def of_skill(skill, rewards, lived):
             lived = jnp.broadcast_to(lived[..., None], rewards.shape[:-1])
-            return mean_return(rewards[..., skill], lived, self.config.learner.discount)
+            if users is not None:
+                lived &= jnp.broadcast_to(users[skill], lived.shape)
+            return mean_return(rewards[..., skill], lived, self._learner.config.discount)
 
         by_skill = jax.tree.map(
             lambda leaf: leaf.reshape(leaf.shape[0], self.n_skills, -1, *leaf.shape[2:]),

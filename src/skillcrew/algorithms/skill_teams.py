@@ -15,6 +15,8 @@ from skillcrew.algorithms.skill_learning import SkillConfig, SkillLearning, Skil
 from skillcrew.algorithms.team_search import SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
 from skillcrew.evolution.phases import PhaseVariation
+from skillcrew.policies.dispatch import Skills
+from skillcrew.policies.memory import dealt_out
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.selector import AnySelector, SelectorConfig, create_selector
 from skillcrew.policies.team import SkillTeam, Team
@@ -34,6 +36,10 @@ class SkillTeamsConfig(SearchConfig, SkillConfig):
         SearchConfig.__post_init__(self)
         SkillConfig.__post_init__(self)
         self.check_episodes(self.episodes)
+
+    def unused(self, env: Environment) -> set[str]:
+        """Names of the sections that are not looked at in such an environment."""
+        return SearchConfig.unused(self, env) | SkillConfig.unused(self, env)
 
 
 class SkillTeamsState(eqx.Module):
@@ -64,7 +70,7 @@ class SkillTeams:
         self._skills = SkillLearning(env, self.config)
         selector = self.config.selector
         selector.check_episode(env.episode_length)
-        codec = GenomeCodec(self._create_selector, selector.networks(env.n_agents), selector.alike)
+        codec = GenomeCodec(self._create_selector, selector.networks(env), selector.alike)
         self._search = TeamSearch(env, codec, self.config, self._vary if selector.phases else None)
         self._skills.reserve(self._recorded_worlds())
 
@@ -84,11 +90,17 @@ class SkillTeams:
 
     def team(self, state: SkillTeamsState) -> SkillTeam:
         """The champion of the population, with the skills in use now."""
-        return SkillTeam(self._search.champion(state.search), state.skills.in_use(), self.env.n_agents)
+        return self._team_of(self._search.champion(state.search), state.skills.in_use())
 
     def transient_bytes(self) -> int:
         """What a generation takes beside the state."""
         return self._skills.transient_bytes(self._recorded_worlds())
+
+    def _team_of(self, selectors: AnySelector, skills: Skills) -> SkillTeam:
+        """The team of such selectors and skills."""
+        repertoire = self._skills.repertoire
+        selectors = dealt_out(selectors, self.env, self.config.selector)
+        return SkillTeam(selectors, skills, self.env.n_agents, repertoire.of_agents if repertoire else ())
 
     def _live(
         self,
@@ -128,10 +140,10 @@ class SkillTeams:
 
     def _vary(self, networks: int) -> PhaseVariation:
         phases = self.config.selector.phases
-        return PhaseVariation(self.config.evolution.phases, networks, phases, self._skills.n_skills)
+        return PhaseVariation(self.config.evolution.phases, networks, phases, self._skills.n_choices)
 
     def _create_selector(self, key: Key[Array, ""]) -> AnySelector:
         env = self.env
         return create_selector(
-            key, env.observation_size, self._skills.n_skills, env.episode_length, self.config.selector
+            key, env.observation_size, self._skills.n_choices, env.episode_length, self.config.selector
         )

@@ -97,8 +97,9 @@ class SearchConfig:
                 f"race.finalists = {self.race.finalists}: above population = {self.population}; lower it"
             )
 
-    def unused(self) -> set[str]:
+    def unused(self, env: Environment) -> set[str]:
         """Names of the sections that the evolver does not look at."""
+        del env
         used = {
             "genetic": {"evolution"},
             "strategy": {"strategy"},

@@ -74,6 +74,9 @@ class Environment(abc.ABC):
     actions: Literal["continuous", "discrete"] = "continuous"
     """"continuous": `action_size` numbers in [-1, 1] for each agent. "discrete": one of `action_size`
     actions for each, by its index."""
+    decisions: int = 1
+    """Discrete actions that an agent takes at once. Only a wrapper that makes one agent of several has more:
+    `action_size` is then that of all of them together."""
     types: tuple[AgentType, ...] = ()
     """Where agents differ: their types. `reset`'s observation and `step`'s action are then dictionaries with
     an array for each type, by its name, and `step` returns a `TimeStepByType`; `n_agents`, the largest sizes,
@@ -102,6 +105,11 @@ class Environment(abc.ABC):
             return FROM_TYPES[name](self.types)
         raise AttributeError(f"{type(self).__name__} has no {name}", name=name, obj=self)
 
+    @property
+    def choices(self) -> int:
+        """Among how many actions a decision is made where they are discrete; 0 where they are continuous."""
+        return self.action_size // self.decisions if self.actions == "discrete" else 0
+
     @abc.abstractmethod
     def reset(self, key: Key[Array, ""]) -> tuple[PyTree, Any]:
         """Draws a new world; returns its state and each agent's observation, as in a `TimeStep`."""
@@ -119,7 +127,7 @@ class Environment(abc.ABC):
         """`reset` of one world per key; every result has the world axis last."""
         return jax.vmap(self.reset, out_axes=-1)(keys)
 
-    def step_worlds(self, state: PyTree, action: Any, keys: Key[Array, " worlds"]) -> tuple[PyTree, TimeStep]:
+    def step_worlds(self, state: PyTree, action: Any, keys: Key[Array, " worlds"]) -> tuple[PyTree, Any]:
         """`step` of many worlds, the world axis last throughout.
 
         The largest axis last is what CPU and GPU kernels want. An environment whose arithmetic

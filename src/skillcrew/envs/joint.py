@@ -14,12 +14,14 @@ class Joint(Wrapper):
         self.n_agents = 1
         self.observation_size = env.n_agents * env.observation_size
         self.action_size = env.n_agents * env.action_size
+        self.decisions = env.n_agents * env.decisions
 
     def seen(self, observation: Float[Array, "agents obs *worlds"]) -> Float[Array, "one joint *worlds"]:
         return join(observation)
 
-    def acted(self, action: Float[Array, "one joint *worlds"]) -> Float[Array, "agents act *worlds"]:
-        return part(action, self.env.n_agents)
+    def acted(self, action: Array) -> Array:
+        # Discrete actions are one for each agent already.
+        return action if self.choices else part(action, self.env.n_agents)
 
     def paid(
         self, local_rewards: Float[Array, "agents skills *worlds"]

@@ -5,7 +5,7 @@ from typing import Any
 
 from jaxtyping import Array, Float, Key, PyTree
 
-from skillcrew.envs.environment import Environment, TimeStep
+from skillcrew.envs.environment import Environment, TimeStep, TimeStepByType
 
 
 class Wrapper(Environment):
@@ -22,19 +22,20 @@ class Wrapper(Environment):
         self.action_size = env.action_size
         self.episode_length = env.episode_length
         self.skills = env.skills
+        self.actions = env.actions
+        self.decisions = env.decisions
+        self.success = env.success
         self.input_scaling = env.input_scaling
 
     @abc.abstractmethod
-    def seen(self, observation: Float[Array, "agents obs *worlds"]) -> Float[Array, "agents2 obs2 *worlds"]:
+    def seen(self, observation: Any) -> Float[Array, "agents obs *worlds"]:
         """What agents see of the inner world's observations."""
 
-    def acted(self, action: Float[Array, "agents act *worlds"]) -> Float[Array, "agents2 act2 *worlds"]:
+    def acted(self, action: Array) -> Any:
         """The inner world's actions."""
         return action
 
-    def paid(
-        self, local_rewards: Float[Array, "agents skills *worlds"]
-    ) -> Float[Array, "agents2 skills *worlds"]:
+    def paid(self, local_rewards: Any) -> Float[Array, "agents skills *worlds"]:
         """The local rewards, of the inner world's."""
         return local_rewards
 
@@ -42,9 +43,7 @@ class Wrapper(Environment):
         state, observation = self.env.reset(key)
         return state, self.seen(observation)
 
-    def step(
-        self, state: PyTree, action: Float[Array, "agents act"], key: Key[Array, ""]
-    ) -> tuple[PyTree, TimeStep]:
+    def step(self, state: PyTree, action: Array, key: Key[Array, ""]) -> tuple[PyTree, TimeStep]:
         state, step = self.env.step(state, self.acted(action), key)
         return state, self._changed(step)
 
@@ -53,7 +52,7 @@ class Wrapper(Environment):
         return state, self.seen(observation)
 
     def step_worlds(
-        self, state: PyTree, action: Float[Array, "agents act worlds"], keys: Key[Array, " worlds"]
+        self, state: PyTree, action: Array, keys: Key[Array, " worlds"]
     ) -> tuple[PyTree, TimeStep]:
         state, step = self.env.step_worlds(state, self.acted(action), keys)
         return state, self._changed(step)
@@ -61,7 +60,7 @@ class Wrapper(Environment):
     def describe(self) -> dict[str, Any]:
         return self.env.describe()
 
-    def _changed(self, step: TimeStep) -> TimeStep:
+    def _changed(self, step: TimeStep | TimeStepByType) -> TimeStep:
         return TimeStep(
             observation=self.seen(step.observation),
             local_rewards=self.paid(step.local_rewards),

@@ -7,7 +7,7 @@ from typing import Any
 import pydantic
 import yaml
 
-from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.algorithms.algorithm import Algorithm, scaled_as
 from skillcrew.algorithms.registry import algorithm_class, make_algorithm
 from skillcrew.envs import registry
 from skillcrew.envs.environment import Environment
@@ -56,17 +56,17 @@ def to_yaml(algorithm: Algorithm, run: RunConfig) -> str:
     place = registry.place_of(env)
     described = env.describe()
     sections = {
-        "algorithm": {"name": algorithm.name, **_looked_at(algorithm.config)},
+        "algorithm": {"name": algorithm.name, **_looked_at(algorithm.config, env)},
         "environment": described if place is None else {"name": env.name, "class": place, **described},
         "run": dataclasses.asdict(run),
     }
     return yaml.safe_dump(_plain(sections), sort_keys=False, allow_unicode=True)
 
 
-def _looked_at(config: Any) -> dict[str, Any]:
+def _looked_at(config: Any, env: Environment) -> dict[str, Any]:
     """All fields but the sections that are neither looked at nor set, such as those of other evolvers."""
-    fields, default = dataclasses.asdict(config), type(config)()
-    unused = config.unused() if hasattr(config, "unused") else set()
+    fields, default = dataclasses.asdict(config), scaled_as(env.input_scaling, type(config)())
+    unused = config.unused(env) if hasattr(config, "unused") else set()
     kept = {name for name in fields if name not in unused or getattr(config, name) != getattr(default, name)}
     return {name: value for name, value in fields.items() if name in kept}
 

@@ -22,6 +22,7 @@ from skillcrew.experiment.progress import Reporter, SilentReporter
 from skillcrew.experiment.runner import Runner
 from skillcrew.intervals import Interval, proportion_interval, seed_interval
 from skillcrew.policies.team import Team
+from skillcrew.policies.team_by_type import TeamByType
 
 EVALUATION_KEY = 0x5EED
 """Root of the worlds that champions are evaluated in; no training key is derived from it."""
@@ -98,8 +99,10 @@ class Run:
         """One row per seed and generation, as named columns."""
         return read_metrics(self.folder.metrics)
 
-    def champion(self, seed: int) -> Team:
+    def champion(self, seed: int) -> Team | TeamByType:
         """The champion of one seed, at its last generation within the budget of steps.
+
+        Where agents differ, it takes and gives dictionaries, as the environment does.
 
         Raises:
             UserError: the run has no such seed, or no checkpoint.
@@ -109,7 +112,9 @@ class Run:
                 f"seed {seed}: not of this run, which has {', '.join(map(str, self.config.seeds))}"
             )
         index = self.config.seeds.index(seed)
-        return jax.tree.map(lambda leaf: leaf[index], self.champions())
+        team = jax.tree.map(lambda leaf: leaf[index], self.champions())
+        types = self.algorithm.env.types
+        return TeamByType(team, types, self.algorithm.env.choices) if types else team
 
     def evaluate(self, episodes: int = 1000) -> Evaluation:
         """Plays every seed's champion on fresh episodes, without exploration noise.

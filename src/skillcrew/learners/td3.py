@@ -1,7 +1,7 @@
 """TD3, and DDPG as its plain case (thesis, sections 2.1.6 and 2.1.7; Fujimoto et al. 2018)."""
 
 import dataclasses
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -10,6 +10,7 @@ import optax
 from jaxtyping import Array, Float, Key
 
 from skillcrew.errors import UserError
+from skillcrew.learners.batch import Batch
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.critic import Critic
 from skillcrew.policies.network import NetworkConfig
@@ -65,18 +66,6 @@ class TD3Config:
         return dataclasses.replace(cls(critics=1, policy_delay=1, target_noise=0.0), **overrides)
 
 
-class Batch(eqx.Module):
-    """Transitions with the one reward that this learner maximises."""
-
-    observation: Float[Array, "*batch obs"]
-    action: Float[Array, "*batch act"]
-    reward: Float[Array, "*batch"]
-    next_observation: Float[Array, "*batch obs"]
-    terminated: Float[Array, "*batch"]
-    discount: Float[Array, "*batch"] | None = None
-    """Where learners side by side differ in it; None for the configuration's."""
-
-
 class TD3State(eqx.Module):
     """Networks, their slow targets and both optimisers. Critics have a leading critic axis."""
 
@@ -94,6 +83,8 @@ class TD3:
     Args:
         heads: agents of which each has a last layer of the actor; see `Actor.create`.
     """
+
+    losses: ClassVar[tuple[str, ...]] = ("critic_loss", "actor_loss")
 
     def __init__(self, config: TD3Config, observation_size: int, action_size: int, heads: int = 0):
         self.config = config

@@ -5,16 +5,17 @@ from collections.abc import Callable
 import jax
 from jaxtyping import Array, Float, Key
 
-from skillcrew.learners.td3 import TD3, Batch, TD3State
+from skillcrew.learners.batch import Batch
+from skillcrew.learners.learner import Learner, LearnerState
 
 
 def train_learners(
     key: Key[Array, ""],
-    learner: TD3,
-    learners: TD3State,
+    learner: Learner,
+    learners: LearnerState,
     draw: Callable[[Key[Array, ""]], Batch],
     updates: int,
-) -> tuple[TD3State, dict[str, Float[Array, " learners"]]]:
+) -> tuple[LearnerState, dict[str, Float[Array, " learners"]]]:
     """Updates all learners.
 
     Args:

@@ -12,7 +12,11 @@ import jax.numpy as jnp
 from jax.custom_batching import custom_vmap
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
+from skillcrew.policies.action_values import ActionValues
 from skillcrew.policies.actor import Actor
+
+Skills = Actor | ActionValues
+"""Leaves have a leading skill axis. `ActionValues` where actions are discrete."""
 
 BLOCK = 64
 """Agents per matrix product: half-empty blocks are wasted, small ones slow. 32 to 128 differ little."""
@@ -20,7 +24,7 @@ BLOCK = 64
 
 @custom_vmap
 def apply_skills(
-    skills: Actor, observation: Float[Array, "agents obs"], choice: Int[Array, " agents"]
+    skills: Skills, observation: Float[Array, "agents obs"], choice: Int[Array, " agents"]
 ) -> Float[Array, "agents act"]:
     """Each agent's action by its chosen skill.
 
@@ -37,7 +41,7 @@ def apply_skills(
 
 @apply_skills.def_vmap
 def _batched(
-    axis_size: int, in_batched: list[PyTree], skills: Actor, observation: Array, choice: Array
+    axis_size: int, in_batched: list[PyTree], skills: Skills, observation: Array, choice: Array
 ) -> tuple[Array, bool]:
     """More agents, if they share their skills; else, as for seeds, one dealing out beside the other."""
     axes = jax.tree.map(lambda batched: 0 if batched else None, tuple(in_batched))
@@ -56,14 +60,14 @@ def _batched(
     return merged.reshape(axis_size, agents, -1), True
 
 
-def _all_skills(skills: Actor, observation: Array, choice: Array) -> Float[Array, "agents act"]:
+def _all_skills(skills: Skills, observation: Array, choice: Array) -> Float[Array, "agents act"]:
     """Every skill for every agent, and the chosen one kept: for few agents there is nothing to sort."""
     actions = jax.vmap(lambda skill: jax.vmap(skill)(observation))(skills)
     chosen = jax.nn.one_hot(choice, actions.shape[0], axis=0, dtype=actions.dtype)
     return (chosen[:, :, None] * actions).sum(0)
 
 
-def _by_blocks(skills: Actor, observation: Array, choice: Array) -> Float[Array, "agents act"]:
+def _by_blocks(skills: Skills, observation: Array, choice: Array) -> Float[Array, "agents act"]:
     """Blocks of agents that chose the same skill, one matrix product each."""
     n_skills, agents = jax.tree.leaves(skills)[0].shape[0], len(choice)
     n_blocks = agents // BLOCK + n_skills

@@ -7,10 +7,13 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Key, PyTree
 
-from skillcrew.envs.environment import ObservationScaling
+from skillcrew.envs.environment import Environment, ObservationScaling
+from skillcrew.envs.padded import types_of_agents
 from skillcrew.errors import UserError, unknown_name
+from skillcrew.policies.action_values import ActionValues
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.heads import MultiHead
 from skillcrew.policies.network import MLP, NetworkConfig, scale_input
@@ -26,7 +29,8 @@ class PolicyConfig(NetworkConfig):
     """Units of a gated recurrent unit (GRU; Cho et al. 2014) that carries what was seen from step to step;
     0 is a feed-forward network, which knows the present observation alone."""
     sharing: Literal["agent", "team"] = "agent"
-    """Whose a network is: "agent" gives each agent of a team its own (the thesis's), "team" one to all."""
+    """Whose a network is: "agent" gives each agent of a team its own (the thesis's), "team" one to all; where
+    agents differ, one to all of a type."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -35,9 +39,9 @@ class PolicyConfig(NetworkConfig):
         if self.sharing not in ("agent", "team"):
             raise unknown_name("sharing", str(self.sharing), ("agent", "team"))
 
-    def networks(self, n_agents: int) -> int:
-        """How many networks a team of so many agents has."""
-        return n_agents if self.sharing == "agent" else 1
+    def networks(self, env: Environment) -> int:
+        """How many networks a team has in an environment: of its agents, or of its types of agents."""
+        return env.n_agents if self.sharing == "agent" else max(1, len(env.types))
 
 
 class MemoryNetwork(eqx.Module):
@@ -63,9 +67,10 @@ class MemoryNetwork(eqx.Module):
         return cls(MLP.create(key_network, sizes), unit, config.scaling)
 
     @classmethod
-    def of_actor(cls, actor: Actor) -> "MemoryNetwork":
-        """An actor as a network without memory; its tanh is left to the team."""
-        return cls(actor.network, None, actor.input_scaling)
+    def of_actor(cls, actor: Actor | ActionValues) -> "MemoryNetwork":
+        """An actor as a network without memory; what makes an action of its outputs is left to the team."""
+        network = actor.ranking if isinstance(actor, ActionValues) else actor.network
+        return cls(network, None, actor.input_scaling)
 
     def silent(self) -> "MemoryNetwork":
         """The same, with outputs of 0 whatever it sees; only for one that ends in an `MLP`."""
@@ -104,6 +109,14 @@ def initial_memories(networks: Remembers, n_agents: int) -> Float[Array, "agents
     """
     memories = jax.vmap(lambda network: network.initial_memory())(networks)
     return jnp.broadcast_to(memories, (n_agents, memories.shape[1]))
+
+
+def dealt_out(networks: PyTree, env: Environment, config: PolicyConfig) -> PyTree:
+    """A team's networks, of each type of agents one, as one for each agent; any others as they are."""
+    if config.sharing == "agent" or not env.types:
+        return networks
+    owners = np.array(types_of_agents(env))
+    return jax.tree.map(lambda leaf: leaf[owners], networks)
 
 
 def for_each_agent(function: Callable[..., Any], networks: PyTree, *inputs: Array) -> Any:

@@ -1,0 +1,17 @@
+"""What learners learn from."""
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+
+class Batch(eqx.Module):
+    """Transitions with the one reward that a learner maximises."""
+
+    observation: Float[Array, "*batch obs"]
+    action: Float[Array, "*batch act"]
+    """Where actions are discrete, a 1 at the place of the one that was taken and 0 elsewhere."""
+    reward: Float[Array, "*batch"]
+    next_observation: Float[Array, "*batch obs"]
+    terminated: Float[Array, "*batch"]
+    discount: Float[Array, "*batch"] | None = None
+    """Where learners side by side differ in it; None for the configuration's."""
