@@ -72,12 +72,10 @@ def make(kind, **fields):
     dqn = DQNConfig(discount=0.0, learning_rate=1e-2, soft_update=0.1, batch_size=32, network=network)
     return sc.MADySPlus(
         kind(),
-        population=50,
         episodes=1,
         probe_episodes=1,
         updates=60,
         exploration_noise=0.1,
-        evolution=sc.EvolutionConfig(elites=4, restart=sc.RestartConfig()),
         selector=sc.SelectorConfig(phases=2, alike=0.5, **fields),
         learner=learner,
         dqn=dqn,
@@ -89,7 +87,7 @@ def test_they_learn_together(kind, sharing):
     algorithm = make(kind, sharing=sharing)
     state = jax.jit(algorithm.init)(jax.random.key(0))
     step = jax.jit(algorithm.step)
-    for _ in range(40):
+    for _ in range(45):
         state, _ = step(state)
     team = algorithm.team(state)
     lineup = Lineup.of_team(team, Start.draw(algorithm.env, jax.random.key(1), 4))
