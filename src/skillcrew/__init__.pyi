@@ -91,6 +91,21 @@ from .envs.environment import (
 )
 from .envs.registry import make as make
 from .envs.rover.config import RoverConfig as RoverConfig
+from .envs.scene import (
+    Discs as Discs,
+)
+from .envs.scene import (
+    Labels as Labels,
+)
+from .envs.scene import (
+    Lines as Lines,
+)
+from .envs.scene import (
+    Points as Points,
+)
+from .envs.scene import (
+    Scene as Scene,
+)
 from .errors import UserError as UserError
 from .evolution.coevolution import CoevolutionConfig as CoevolutionConfig
 from .evolution.evosax_bridge import EvosaxConfig as EvosaxConfig

@@ -12,6 +12,8 @@ import pytest
 import skillcrew as sc
 from cli.test_commands import call
 from envs.stranger import write_package
+from oracles.mixed import Mixed, MixedDiscrete
+from oracles.picking import Picking
 
 
 class Sound(sc.Environment):
@@ -252,3 +254,99 @@ def test_the_command_says_the_same_and_its_exit_code_too(tmp_path, monkeypatch, 
     printed = json.loads(capsys.readouterr().out)
     assert printed["ok"] is False
     assert [finding["about"] for finding in printed["findings"]] == ["sizes", "state"]
+
+
+class Sizes(Mixed):
+    n_agents = 4
+
+
+class OneAction(Picking):
+    action_size = 1
+
+
+class ForgetsAType(Mixed):
+    def reset(self, key):
+        state, seen = super().reset(key)
+        return state, {"scout": seen["scout"]}
+
+
+class LongHaulers(Mixed):
+    def reset(self, key):
+        state, seen = super().reset(key)
+        return state, {**seen, "hauler": jnp.ones((1, 6))}
+
+
+class PlainTimeStep(Mixed):
+    def step(self, state, action, key):
+        state, step = super().step(state, action, key)
+        blank = jnp.zeros((3, 5))
+        return state, sc.TimeStep(blank, blank, step.team_reward, step.terminated, step.truncated)
+
+
+class Offering(Sound):
+    skill_texts = {"approach": "To 0.", "flee": "From 0."}  # noqa: RUF012
+
+    def central_state(self, state):
+        return state["offset"]
+
+    def scene(self, state):
+        place = jnp.stack([state["offset"], jnp.zeros(2)], axis=1)
+        return sc.Scene((-3.0, -1.0), (3.0, 1.0), (sc.Points("agents", place),))
+
+    def counterfactual_rewards(self, state, action, key, copies):
+        return jnp.zeros(2)
+
+
+class WideState(Offering):
+    def central_state(self, state):
+        return state["offset"][None]
+
+
+class OneReward(Offering):
+    def counterfactual_rewards(self, state, action, key, copies):
+        return jnp.zeros(())
+
+
+class DrawsNothing(Offering):
+    def scene(self, state):
+        return state["offset"]
+
+
+@pytest.mark.parametrize(
+    ("env", "about", "said"),
+    [
+        (Sizes(), "n_agents", "is 4, and of the types 3; leave it out"),
+        (OneAction(), "action_size", "leaves nothing to pick"),
+        (ForgetsAType(), "reset's observation", "a dictionary of an array for each of ['scout', 'hauler']"),
+        (LongHaulers(), "reset's observation['hauler']", "has the shape (1, 6); make it (1, 5)"),
+        (PlainTimeStep(), "step", "skillcrew.TimeStepByType"),
+        (WideState(), "central_state", "of the shape (1, 2); make it one row"),
+        (OneReward(), "counterfactual_rewards", "of the shape (); make it one reward for each agent"),
+        (DrawsNothing(), "scene", "return a skillcrew.Scene"),
+    ],
+)
+def test_kinds_and_offers_are_looked_at_too(env, about, said):
+    test_what_is_wrong_is_said_with_how_to_mend_it(env, about, said)
+
+
+@pytest.mark.parametrize("kind", [Mixed, MixedDiscrete, Picking, Offering])
+def test_sound_worlds_of_every_kind(kind):
+    report = sc.check_environment(kind())
+    # What is mixed begins alike in every world, and that is noted.
+    blamed = [finding.about for finding in report.findings if finding.level != "fine"]
+    assert blamed == (["reset"] if issubclass(kind, Mixed) else []), str(report)
+    said = str(report)
+    if kind is Mixed:
+        assert "type hauler  1 agent(s), 5 numbers seen, 2 done by each; skills: lift, wait, drop" in said
+    if kind is Picking:
+        assert "each agent picks one of 4" in said
+    if kind is Offering:
+        assert "central_state, counterfactual_rewards, scene, skill_texts" in said
+
+
+def test_skills_without_a_text_are_noted():
+    class Silent(Offering):
+        skill_texts = {"approach": "To 0."}  # noqa: RUF012
+
+    report = sc.check_environment(Silent())
+    assert report.ok and "says nothing of flee" in str(report)

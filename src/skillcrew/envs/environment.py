@@ -4,7 +4,7 @@ import abc
 import dataclasses
 import re
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import equinox as eqx
 import jax
@@ -99,11 +99,13 @@ class Environment(abc.ABC):
         if "name" not in cls.__dict__:
             cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
 
-    def __getattr__(self, name: str) -> Any:
-        """What follows from the types of agents, where it is not given."""
-        if name in FROM_TYPES and self.types:
-            return FROM_TYPES[name](self.types)
-        raise AttributeError(f"{type(self).__name__} has no {name}", name=name, obj=self)
+    if not TYPE_CHECKING:  # Or no attribute would be unknown to a type checker.
+
+        def __getattr__(self, name: str) -> Any:
+            """What follows from the types of agents, where it is not given."""
+            if name in FROM_TYPES and self.types:
+                return FROM_TYPES[name](self.types)
+            raise AttributeError(f"{type(self).__name__} has no {name}", name=name, obj=self)
 
     @property
     def choices(self) -> int:

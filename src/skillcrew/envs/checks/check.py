@@ -3,13 +3,24 @@
 import jax
 
 from skillcrew.envs.checks.interface import check_attributes, check_shapes
+from skillcrew.envs.checks.kinds import check_kinds
+from skillcrew.envs.checks.offered import check_offers
 from skillcrew.envs.checks.play import check_episodes, check_worlds
 from skillcrew.envs.checks.purity import check_keys, check_purity
 from skillcrew.envs.checks.report import CheckReport, Finding
 from skillcrew.envs.checks.subject import Subject
 from skillcrew.envs.environment import Environment
 
-CHECKS = (check_attributes, check_shapes, check_purity, check_keys, check_episodes, check_worlds)
+CHECKS = (
+    check_attributes,
+    check_kinds,
+    check_shapes,
+    check_offers,
+    check_purity,
+    check_keys,
+    check_episodes,
+    check_worlds,
+)
 """In this order: each rests on those before it."""
 
 

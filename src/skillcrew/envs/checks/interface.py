@@ -1,7 +1,7 @@
 """Sizes and names, and the shapes and types of what `reset` and `step` return."""
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import jax
@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from skillcrew.envs.checks.report import Finding
 from skillcrew.envs.checks.subject import Subject
-from skillcrew.envs.environment import TimeStep
+from skillcrew.envs.environment import Environment, TimeStep, TimeStepByType
 from skillcrew.errors import place_of_failure
 
 KINDS: dict[type, Any] = {float: jnp.floating, bool: jnp.bool_}
@@ -41,36 +41,33 @@ def check_attributes(subject: Subject) -> Iterator[Finding]:
 def check_shapes(subject: Subject) -> Iterator[Finding]:
     """What `reset` and `step` return can be traced, and is of the shapes and types that it should be."""
     env, key = subject.env, subject.key
-    start, finding = _traced("reset", env.reset, key)
+    start, finding = traced("reset", env.reset, key)
     if finding is None and not (isinstance(start, tuple) and len(start) == 2):
         finding = Finding("wrong", "reset", "returns something else; return two things, (state, observation)")
     if finding is not None:
         yield finding
         return
     state, observation = start
-    yield from _of_shape("reset's observation", observation, (env.n_agents, env.observation_size), float)
-    after, finding = _traced("step", env.step, state, subject.still(), key)
-    if finding is None and not (
-        isinstance(after, tuple) and len(after) == 2 and isinstance(after[1], TimeStep)
-    ):
-        finding = Finding("wrong", "step", "returns something else; return (state, skillcrew.TimeStep(…))")
+    yield from _of_agents(env, "reset's observation", observation, "observation_size")
+    after, finding = traced("step", env.step, state, subject.still_of(), key)
+    kind = TimeStepByType if env.types else TimeStep
+    if finding is None and not (isinstance(after, tuple) and len(after) == 2 and isinstance(after[1], kind)):
+        finding = Finding(
+            "wrong", "step", f"returns something else; return (state, skillcrew.{kind.__name__}(…))"
+        )
     if finding is not None:
         yield finding
         return
     moved, step = after
-    for name, shape, kind in (
-        ("observation", (env.n_agents, env.observation_size), float),
-        ("local_rewards", (env.n_agents, len(env.skills)), float),
-        ("team_reward", (), float),
-        ("terminated", (), bool),
-        ("truncated", (), bool),
-    ):
-        yield from _of_shape(f"step's {name}", getattr(step, name), shape, kind)
+    yield from _of_agents(env, "step's observation", step.observation, "observation_size")
+    yield from _of_agents(env, "step's local_rewards", step.local_rewards, "skills")
+    for name, kind in (("team_reward", float), ("terminated", bool), ("truncated", bool)):
+        yield from _of_shape(f"step's {name}", getattr(step, name), (), kind)
     yield from _same_state(state, moved)
     yield Finding("fine", "shapes", "reset and step return what they should")
 
 
-def _traced(name: str, function: Callable[..., Any], *arguments: Any) -> tuple[Any, Finding | None]:
+def traced(name: str, function: Callable[..., Any], *arguments: Any) -> tuple[Any, Finding | None]:
     """The shapes of a function's result, or what hinders it."""
     try:
         return jax.eval_shape(function, *arguments), None
@@ -87,6 +84,25 @@ def _traced(name: str, function: Callable[..., Any], *arguments: Any) -> tuple[A
         mend = "; keep arrays alone in the state" if isinstance(error, TypeError) else ""
         why = f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"
         return None, Finding("wrong", name, f"fails with {why} ({place_of_failure(error)}){mend}")
+
+
+def _of_agents(env: Environment, what: str, value: Any, size: str) -> Iterator[Finding]:
+    """A row for each agent, in an array or, where they differ, one for each type."""
+
+    def shape(of: Any) -> tuple[int, int]:
+        agents, width = getattr(of, "n_agents", None) or of.agents, getattr(of, size)
+        return agents, len(width) if size == "skills" else width
+
+    if not env.types:
+        yield from _of_shape(what, value, shape(env), float)
+        return
+    names = [kind.name for kind in env.types]
+    if not isinstance(value, Mapping) or set(value) != set(names):
+        found = sorted(value) if isinstance(value, Mapping) else type(value).__name__
+        yield Finding("wrong", what, f"is {found}; make it a dictionary of an array for each of {names}")
+        return
+    for kind in env.types:
+        yield from _of_shape(f"{what}['{kind.name}']", value[kind.name], shape(kind), float)
 
 
 def _of_shape(what: str, value: Any, shape: tuple[int, ...], kind: type) -> Iterator[Finding]:

@@ -40,7 +40,7 @@ def check_episodes(subject: Subject) -> Iterator[Finding]:
 
 def check_worlds(subject: Subject) -> Iterator[Finding]:
     """Many worlds at once are stepped as each of them, compiled once, and fast."""
-    env = subject.env
+    env = subject.world
     keys = jax.random.split(subject.draw(3), WORLDS)
     state, _ = env.reset_worlds(keys)
     still = subject.still()
@@ -94,8 +94,9 @@ def _rewards(
         f"returns of random actions: {returns.min():.3g} to {returns.max():.3g}, mean {returns.mean():.3g}",
     )
     skills = subject.env.skills
-    paid = steps.local_rewards[alive]
+    learners = _learners(subject)
     for index, name in enumerate(skills):
+        paid = steps.local_rewards[alive][:, learners[index]]
         if np.ptp(paid[..., index]) == 0:
             yield Finding(
                 "note",
@@ -113,14 +114,22 @@ def _rewards(
             yield Finding("note", "skills", f"{name} is paid what {twins[0]} is paid; leave one of them out")
 
 
+def _learners(subject: Subject) -> list[slice]:
+    """For each skill the agents that can learn it."""
+    env, found, first = subject.env, [], 0
+    for kind in env.types:
+        found += [slice(first, first + kind.agents)] * len(kind.skills)
+        first += kind.agents
+    return found or [slice(None)] * len(env.skills)
+
+
 def _played(subject: Subject) -> TimeStep:
     """Episodes of random actions, [episodes, time, …]."""
-    env = subject.env
+    env = subject.world
 
     def step(state: PyTree, key: Key[Array, ""]) -> tuple[PyTree, TimeStep]:
         key_action, key_step = jax.random.split(key)
-        action = jax.random.uniform(key_action, (env.n_agents, env.action_size), minval=-1.0, maxval=1.0)
-        return env.step(state, action, key_step)
+        return env.step(state, subject.random(key_action), key_step)
 
     def episode(key: Key[Array, ""]) -> TimeStep:
         key_reset, key_steps = jax.random.split(key)
@@ -145,7 +154,7 @@ def _speed(subject: Subject, state: PyTree, action: Array, keys: Array) -> tuple
     def step(state: PyTree) -> PyTree:
         nonlocal traces
         traces += 1
-        return subject.env.step_worlds(state, action, keys)[0]
+        return subject.world.step_worlds(state, action, keys)[0]
 
     state = jax.block_until_ready(step(step(state)))
     begun, rounds = time.perf_counter(), 0

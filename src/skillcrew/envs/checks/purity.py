@@ -18,7 +18,7 @@ def check_purity(subject: Subject) -> Iterator[Finding]:
     start = env.reset(key)
     if not alike(start, env.reset(key)):
         yield Finding("wrong", "purity", "reset gives two worlds for one key; draw all from the key")
-    key_step, action = subject.draw(1), subject.still()
+    key_step, action = subject.draw(1), subject.still_of()
     moved = env.step(start[0], action, key_step)
     if not alike(moved, env.step(start[0], action, key_step)):
         yield Finding(
@@ -47,7 +47,7 @@ def check_keys(subject: Subject) -> Iterator[Finding]:
     """No key is drawn from twice, and none that was split is drawn from."""
     env = subject.env
     state, _ = env.reset(subject.draw(0))
-    calls = {"reset": env.reset, "step": lambda key: env.step(state, subject.still(), key)}
+    calls = {"reset": env.reset, "step": lambda key: env.step(state, subject.still_of(), key)}
     for name, call in calls.items():
         try:
             with jax.debug_key_reuse(True):
