@@ -226,7 +226,7 @@ def test_scores_are_those_of_the_report(folder, planned, monkeypatch):
     run = sc.Run(folder.run(planned[0]).path)
     monkeypatch.setattr("skillcrew.analysis.report.save", lambda figure, stem: [stem])
     returns = np.array([[1.0, 0, 1, 1, 1], [0, 0, 0, 0, 0], [1, 1, 1, 1, 1], [1, 0, 0, 0, 1]])
-    evaluation = sc.Evaluation(SEEDS, 5, returns, np.zeros((4, 5, 2, 1), int))
+    evaluation = sc.Evaluation(SEEDS, 5, returns, np.zeros((4, 5, 2, 1), int), returns == 1)
     write_report(run, evaluation)
     assert run.folder.scores == run.folder.path / "report" / "scores.json"
     scores = json.loads(run.folder.scores.read_text())

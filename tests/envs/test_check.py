@@ -218,7 +218,7 @@ def test_a_sound_world_gets_no_word_of_blame():
     report = sc.check_environment(Sound())
     assert report.ok and {finding.level for finding in report.findings} == {"fine"}
     said = {finding.about: finding.said for finding in report.findings}
-    assert set(said) == {"sizes", "shapes", "purity", "keys", "endings", "team reward", "speed"}
+    assert set(said) == {"sizes", "success", "shapes", "purity", "keys", "endings", "team reward", "speed"}
     assert "2 agent(s), 3 numbers seen and 1 done by each, 4 steps; skills: approach, flee" in said["sizes"]
     ended, cut = (int(part.split()[0]) for part in said["endings"].split("actions ")[1].split(", "))
     assert ended + cut == 64 and ended > 0 and cut > 0

@@ -34,14 +34,14 @@ def test_the_numbers_of_a_summary():
     summary = Summary(chunk(4000), BUDGET, steps_per_second=200.0)
     assert summary.generation == 4
     assert summary.steps == 4000, "the slowest seed decides how far the run is"
-    assert summary.success_by_seed.tolist() == pytest.approx([0.3, 0.7])
+    assert summary.score_by_seed.tolist() == pytest.approx([0.3, 0.7])
     assert (summary.best, summary.mean) == pytest.approx((0.6, 0.2))
     assert summary.returns == {"go_to_poi_A": 2.5}
     assert summary.stopped == {"go_to_poi_A": 1}
     # Both seeds step on until the slower one has lived its 6000 more: 12000 steps at 200 a second.
     assert summary.seconds_left == 60
     interval = seed_interval(np.asarray([0.3, 0.7]))
-    assert summary.success() == f"0.50 [{interval.low:.2f}, {interval.high:.2f}]"
+    assert summary.champion() == f"0.50 [{interval.low:.2f}, {interval.high:.2f}]"
 
 
 def test_a_summary_beyond_the_budget_and_before_any_pace():
@@ -52,7 +52,7 @@ def test_a_summary_beyond_the_budget_and_before_any_pace():
 
 def test_one_seed_has_no_interval():
     alone = {name: values[:1] for name, values in chunk(4000).items()}
-    assert Summary(alone, BUDGET, 100.0).success() == "0.30"
+    assert Summary(alone, BUDGET, 100.0).champion() == "0.30"
 
 
 def test_logs_get_a_line_now_and_then(monkeypatch):
