@@ -50,10 +50,6 @@ CASES: dict[str, tuple[Callable[[Any], Any], tuple[tuple[float, float], ...]]] =
         ea("genetic", sc.EvolutionConfig(elites=2, selection="proportional")),
         FACTORS,
     ),
-    "genetic, restarts": (
-        ea("genetic", sc.EvolutionConfig(elites=2, restart=sc.RestartConfig(patience=2, tolerance=0.5))),
-        FACTORS,
-    ),
     "strategy": (
         ea("strategy", sc.EvolutionConfig(), strategy=StrategyConfig(patience=2, tolerance=0.25)),
         EVERY,

@@ -9,6 +9,7 @@ from scipy import stats
 
 from skillcrew.analysis import comparison
 from skillcrew.analysis.tables import Entry, markdown_table, write_tables
+from skillcrew.experiment.score import RETURN
 
 SEEDS = (2000, 2001, 2002)
 ENVIRONMENTS = {"rover-t2-c1": 3_000_000, "rover-t3-c1": 20_000_000}
@@ -236,3 +237,59 @@ def test_the_csv_file_has_the_exact_numbers_of_every_seed(entries, tmp_path):
         numbers = (entry.final, entry.area, entry.steps_to[0.5], entry.steps_to[0.9])
         for name, of_seeds in zip(measured, numbers, strict=True):
             np.testing.assert_equal(float(row[name]), of_seeds[index])
+
+
+# Returns, on a scale of their own
+
+
+def returns(method, environment="pendulum", **measured):
+    return Entry(environment, method, SEEDS, 200_000, steps_to={}, score=RETURN, **measured)
+
+
+@pytest.fixture
+def pendulum():
+    return [
+        returns("ERL", final=np.array([-151.5, -160.0, -148.25]), area=np.array([-400.0, -410, -405])),
+        returns("TD3", final=np.array([-150.0, -900.0, -155.0]), area=np.array([-700.5, -720, -690])),
+    ]
+
+
+def test_returns_have_no_thresholds_and_no_bounds(pendulum):
+    heading, first, second = tables(pendulum)[0]
+    assert heading == [
+        *[
+            "environment",
+            "method",
+            "final return",
+            "interquartile mean",
+            "area under curve",
+            "better than ERL",
+        ],
+    ]
+    values = pendulum[1].final
+    low, high = stats.t.interval(0.95, 2, values.mean(), stats.sem(values))
+    assert high > 0, "no longer clipped"
+    assert second[2] == f"{values.mean():.4g} [{low:.4g}, {high:.4g}]"
+    assert first[4].startswith("-405 [-") and first[5] == ""
+    better = float(second[5].split()[0])
+    assert better == pytest.approx(ahead(values, pendulum[0].final), abs=6e-4)
+    assert tables(pendulum)[1][1] == ["pendulum", "TD3", "+298.5", "yes"]
+    text = markdown_table(pendulum)
+    assert "success" not in text and "0.9" not in text and "ends with more return than" in text
+
+
+def test_returns_of_several_environments_have_no_mean_in_common(pendulum):
+    cheetah = [returns(one.method, "cheetah", final=-one.final, area=-one.area) for one in pendulum]
+    heading, *rows = tables([*pendulum, *cheetah])[2]
+    assert heading == ["all environments", "better than ERL"]
+    assert [row[0] for row in rows] == ["ERL", "TD3"]
+    # Who is ahead here by as much is behind there.
+    assert float(rows[1][1].split()[0]) == pytest.approx(0.5, abs=1e-3)
+
+
+def test_the_csv_file_of_returns(pendulum, tmp_path):
+    _, plain = write_tables(tmp_path, pendulum)
+    with plain.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["environment", "method", "seed", "steps", "return", "area"]
+    assert [float(row["return"]) for row in rows] == [*pendulum[0].final, *pendulum[1].final]

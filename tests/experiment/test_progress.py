@@ -50,6 +50,22 @@ def test_a_summary_beyond_the_budget_and_before_any_pace():
     assert Summary(chunk(4000), BUDGET, 0.0).seconds_left == np.inf
 
 
+def test_a_return_is_called_one_and_has_its_own_scale():
+    metrics = chunk(4000)
+    metrics["team_return"] = 1000.0 * metrics.pop("success_rate") - 700.0
+    summary = Summary(metrics, BUDGET, 200.0)
+    interval = seed_interval(np.asarray([-400.0, 0.0]), -np.inf, np.inf)
+    assert interval.low < -400 and interval.high > 0
+    assert summary.champion() == f"-200 [{interval.low:.4g}, {interval.high:.4g}]"
+    line, table = console(False), console(True)
+    LineReporter(line, BUDGET).update(metrics, 200.0)
+    assert "steps, return -200 [" in line.file.getvalue() and "success" not in line.file.getvalue()
+    live = LiveReporter(table, BUDGET, (0, 1))
+    live.update(metrics, 200.0)
+    live.close()
+    assert "champion's team return" in table.file.getvalue() and "0: -400" in table.file.getvalue()
+
+
 def test_one_seed_has_no_interval():
     alone = {name: values[:1] for name, values in chunk(4000).items()}
     assert Summary(alone, BUDGET, 100.0).champion() == "0.30"

@@ -4,7 +4,6 @@ import dataclasses
 import json
 import math
 
-import jax.numpy as jnp
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -12,7 +11,7 @@ import pytest
 from scipy import stats
 
 import skillcrew as sc
-from experiment.tiny import OPTIONS, Countdown, Counting
+from experiment.tiny import OPTIONS, Counting, Toll
 from oracles.refusals import refusal
 from skillcrew.analysis.report import learning_curve, write_report
 from skillcrew.cli.present import describe_evaluation
@@ -22,18 +21,6 @@ from skillcrew.experiment.score import RETURN, SUCCESS, score_of
 from skillcrew.intervals import proportion_interval
 
 AT_THE_END = {**OPTIONS, "checkpoint_seconds": 1e9}
-
-
-class Toll(Countdown):
-    """Each step costs; worlds last 1 to 5 steps."""
-
-    name = "toll"
-
-    def step(self, state, action, key):
-        left, step = super().step(state, action, key)
-        return left, sc.TimeStep(
-            step.observation, step.local_rewards, jnp.float32(-3.35), step.terminated, step.truncated
-        )
 
 
 class Hurried(Toll):
@@ -157,8 +144,9 @@ def test_a_report_is_on_the_scale_of_the_data(toll, tmp_path, monkeypatch):
     (axes,) = figures["learning_curve"].axes
     assert axes.get_ylabel() == "Champion's team return on fresh episodes"
     low, high = axes.get_ylim()
-    values = learning_curve(toll).per_seed[0][1]
-    assert low < values.min() and values.max() < high < 0
+    band = learning_curve(toll).band
+    assert low <= band.low.min() < -5 and band.high.max() <= high
+    assert band.low.min() - low < 5, "the data fill the axis"
     heading = figures["chosen_skills_seed_4"].get_suptitle()
     assert "solved" not in heading and "mean return -" in heading and "in 20 episodes" in heading
     assert "team_return" in json.loads(scores.read_text())
