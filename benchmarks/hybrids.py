@@ -78,7 +78,7 @@ def train(algorithm: Any, steps: int, episodes: int) -> tuple[list[Any], np.ndar
     for seed in SEEDS:
         # A run goes on to the end of its report; what it lived beyond the budget is nobody's.
         own = (rows["seed"] == seed) & (rows["environment_steps"] <= steps)
-        curves.append((rows["environment_steps"][own], rows["success_rate"][own]))
+        curves.append((rows["environment_steps"][own], rows["team_return"][own]))
     return curves, final
 
 

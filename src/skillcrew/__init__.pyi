@@ -115,7 +115,7 @@ from .evolution.mutation import MutationConfig as MutationConfig
 from .evolution.phases import PhaseMutationConfig as PhaseMutationConfig
 from .evolution.restart import RestartConfig as RestartConfig
 from .evolution.strategy import StrategyConfig as StrategyConfig
-from .experiment.run import (
+from .experiment.evaluation import (
     Evaluation as Evaluation,
 )
 from .experiment.run import (

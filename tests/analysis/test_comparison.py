@@ -35,6 +35,13 @@ def few_resamples(call, *arguments):
         return call(*arguments)
 
 
+def test_a_curve_of_returns_begins_with_its_first_value():
+    steps, values = np.array([10, 20, 40]), array(-4, -2, -2)
+    # 10 steps at -4, 10 from there to -2, and 20 more.
+    assert area_under_curve(steps, values, 40, start=None) == pytest.approx((-40 - 30 - 40) / 40)
+    assert area_under_curve(steps, values, 40) == pytest.approx((-20 - 30 - 40) / 40)
+
+
 # Steps to a threshold
 
 

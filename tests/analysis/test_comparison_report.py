@@ -11,10 +11,12 @@ import yaml
 
 import skillcrew as sc
 from experiment import made_up, tiny
+from skillcrew.algorithms import registry
 from skillcrew.analysis import comparison_report
 from skillcrew.analysis.comparison_report import write_results
 from skillcrew.analysis.report import write_report
-from skillcrew.experiment.comparison import Comparison, ComparisonFolder, PlannedRun
+from skillcrew.experiment.comparison import ComparedFigure, Comparison, ComparisonFolder, PlannedRun
+from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.reproduction import plan, reproduction
 
 SEEDS = (7, 3, 20, 5)
@@ -226,7 +228,7 @@ def test_scores_are_those_of_the_report(folder, planned, monkeypatch):
     run = sc.Run(folder.run(planned[0]).path)
     monkeypatch.setattr("skillcrew.analysis.report.save", lambda figure, stem: [stem])
     returns = np.array([[1.0, 0, 1, 1, 1], [0, 0, 0, 0, 0], [1, 1, 1, 1, 1], [1, 0, 0, 0, 1]])
-    evaluation = sc.Evaluation(SEEDS, 5, returns, np.zeros((4, 5, 2, 1), int))
+    evaluation = sc.Evaluation(SEEDS, 5, returns, np.zeros((4, 5, 2, 1), int), returns == 1)
     write_report(run, evaluation)
     assert run.folder.scores == run.folder.path / "report" / "scores.json"
     scores = json.loads(run.folder.scores.read_text())
@@ -261,3 +263,30 @@ def test_a_run_that_was_really_trained(folder, finished):
         (method, seed) for method in ("MADyS", "MFL") for seed in tiny.SEEDS
     ]
     assert [float(row["success"]) for row in rows] == [*rates, *rates]
+
+
+def test_methods_are_compared_by_returns_where_nothing_says_what_success_is(tmp_path, drawn, monkeypatch):
+    tiny.compile_once()
+    monkeypatch.setitem(registry.ALGORITHMS, "counting", registry.Listed("experiment.tiny:Counting", ""))
+    folder = ComparisonFolder(tmp_path / "returns")
+    planned = []
+    for method, least in (("slow", 20), ("quick", 10)):
+        algorithm = tiny.Counting(tiny.Toll(), tiny.CountingConfig(least))
+        config = RunConfig((7, 3), 100, score_episodes=3, generations_per_report=2)
+        planned.append(PlannedRun("toll", method, method, algorithm, config))
+    comparison = Comparison("", planned, [ComparedFigure("toll", "", ("toll",))])
+    folder.open("This folder is for a test.", comparison.score)
+    reached = []
+    for one in planned:
+        run = sc.train(one.algorithm, (7, 3), 100, folder.run(one).path, score_episodes=3)
+        evaluation = run.evaluate(10)
+        reached += list(evaluation.returns.mean(1))
+        run.folder.report.mkdir()
+        run.folder.scores.write_text(json.dumps(evaluation.as_dict()))
+    write_results(folder, comparison)
+    assert [float(row["return"]) for row in table(folder)] == reached
+    assert all(-5 * 3.36 < float(row["area"]) < -3.3 for row in table(folder))
+    text = (folder.path / "table.md").read_text()
+    assert "| final return |" in text and "steps to" not in text and "success" not in text
+    ((panels, _),) = drawn
+    assert all(curve.band.high.max() > curve.band.mean.max() for curve in panels["toll"])

@@ -7,6 +7,7 @@ from matplotlib.colors import to_rgb
 from skillcrew.analysis.curves import CURVE_COLOURS, Curve, learning_curves, panels_of_curves
 from skillcrew.analysis.statistics import Band, mean_band
 from skillcrew.errors import UserError
+from skillcrew.experiment.score import RETURN
 
 
 def made_up_curve(label="MADyS", n_seeds=3, **extra):
@@ -212,3 +213,32 @@ def test_a_single_panel_of_single_seeds():
     assert not [area for area in figure.axes[0].collections if area.get_gid() == "band"]
     left, right = figure.axes[0].get_xlim()
     assert left < 1e5 < right and right / left > 10
+
+
+# Returns, on a scale of their own
+
+
+def returns(times, plus, label="ERL"):
+    rng = np.random.default_rng(1)
+    steps = [np.arange(1, 41) * 1000.0] * 12
+    values = [times * rng.uniform(0, 1, 40) + plus for _ in range(12)]
+    band = mean_band(steps, values, lower=RETURN.lower, upper=RETURN.upper)
+    return Curve(label, band, list(zip(steps, values, strict=True)), score=RETURN)
+
+
+@pytest.mark.parametrize(("times", "plus"), [(30.0, -50.0), (2000.0, 100.0), (0.01, 0.0)])
+def test_an_axis_of_returns_is_scaled_to_the_data(times, plus):
+    curve = returns(times, plus)
+    (axes,) = learning_curves([curve], "").axes
+    assert axes.get_ylabel() == "Champion's team return on fresh episodes"
+    low, high = axes.get_ylim()
+    drawn = np.concatenate([curve.band.low, curve.band.high, *(values for _, values in curve.per_seed)])
+    assert low <= drawn.min() and drawn.max() <= high
+    assert high - low < 1.3 * (drawn.max() - drawn.min())
+
+
+def test_panels_of_returns_share_no_axis():
+    figure = panels_of_curves({"pendulum": [returns(30, -50)], "cheetah": [returns(2000, 100)]}, "")
+    first, second = figure.axes
+    assert not first.get_shared_y_axes().joined(first, second)
+    assert first.get_ylim()[1] < 0 < second.get_ylim()[0]

@@ -9,6 +9,7 @@ from scipy import stats
 
 from skillcrew.analysis import comparison
 from skillcrew.analysis.tables import Entry, markdown_table, write_tables
+from skillcrew.experiment.score import RETURN
 
 SEEDS = (2000, 2001, 2002)
 ENVIRONMENTS = {"rover-t2-c1": 3_000_000, "rover-t3-c1": 20_000_000}
@@ -23,10 +24,11 @@ def few_resamples(monkeypatch):
 
 def entry(method="MADyS", environment="rover-t2-c1", seeds=SEEDS, steps=None, **measured):
     """A method whose seeds all do the same, but for what is given."""
-    same = {"success": 0.5, "area": 0.25, "steps_to_half": 1e6, "steps_to_nine_tenths": 2e6}
+    same = {"final": 0.5, "area": 0.25, "half": 1e6, "nine_tenths": 2e6}
     numbers = {name: np.broadcast_to(np.array(value, float), len(seeds)) for name, value in same.items()}
     numbers |= {name: np.array(value, float) for name, value in measured.items()}
-    return Entry(environment, method, seeds, steps or ENVIRONMENTS[environment], **numbers)
+    reached = {0.5: numbers.pop("half"), 0.9: numbers.pop("nine_tenths")}
+    return Entry(environment, method, seeds, steps or ENVIRONMENTS[environment], steps_to=reached, **numbers)
 
 
 @pytest.fixture
@@ -37,10 +39,10 @@ def entries():
         entry(
             method,
             environment,
-            success=rng.integers(0, 1001, 3) / 1000,
+            final=rng.integers(0, 1001, 3) / 1000,
             area=rng.random(3),
-            steps_to_half=rng.integers(1, 10**7, 3),
-            steps_to_nine_tenths=[*rng.integers(1, 10**7, 2), NAN],
+            half=rng.integers(1, 10**7, 3),
+            nine_tenths=[*rng.integers(1, 10**7, 2), NAN],
         )
         for environment in ENVIRONMENTS
         for method in METHODS
@@ -89,18 +91,18 @@ def test_each_cell_of_each_method(entries):
             other for other in entries if (other.environment, other.method) == (entry.environment, "MADyS")
         )
         assert row[:2] == [entry.environment, entry.method]
-        assert row[2] == student(entry.success)
+        assert row[2] == student(entry.final)
         middle, low, high = numbers(row[3])
-        assert middle == pytest.approx(stats.trim_mean(entry.success, 0.25), abs=6e-4)
+        assert middle == pytest.approx(stats.trim_mean(entry.final, 0.25), abs=6e-4)
         assert low <= middle <= high
         assert row[4] == student(entry.area)
-        assert row[5] == f"{np.mean(entry.steps_to_half) / 1e6:.2f} M"
-        assert row[6] == f"{np.mean(entry.steps_to_nine_tenths[:2]) / 1e6:.2f} M (2 of 3 seeds)"
+        assert row[5] == f"{np.mean(entry.steps_to[0.5]) / 1e6:.2f} M"
+        assert row[6] == f"{np.mean(entry.steps_to[0.9][:2]) / 1e6:.2f} M (2 of 3 seeds)"
         if entry is reference:
             assert row[7] == ""
         else:
             better, low, high = numbers(row[7])
-            assert better == pytest.approx(ahead(entry.success, reference.success), abs=6e-4)
+            assert better == pytest.approx(ahead(entry.final, reference.final), abs=6e-4)
             assert low <= better <= high
 
 
@@ -113,8 +115,8 @@ def test_all_environments_together(entries):
     ]
     assert [row[0] for row in rows] == list(METHODS)
     for row in rows:
-        mine = [entry.success for entry in entries if entry.method == row[0]]
-        reference = [entry.success for entry in entries if entry.method == "MADyS"]
+        mine = [entry.final for entry in entries if entry.method == row[0]]
+        reference = [entry.final for entry in entries if entry.method == "MADyS"]
         assert numbers(row[1])[0] == pytest.approx(stats.trim_mean(np.concatenate(mine), 0.25), abs=6e-4)
         if row[0] == "MADyS":
             assert row[2] == ""
@@ -133,8 +135,8 @@ def test_all_environments_together(entries):
     ],
 )
 def test_steps_say_how_many_seeds_got_there(steps, cell):
-    assert tables([entry(steps_to_half=steps)])[0][1][5:7] == [cell, "2.00 M"]
-    assert tables([entry(steps_to_nine_tenths=steps)])[0][1][5:7] == ["1.00 M", cell]
+    assert tables([entry(half=steps)])[0][1][5:7] == [cell, "2.00 M"]
+    assert tables([entry(nine_tenths=steps)])[0][1][5:7] == ["1.00 M", cell]
 
 
 @pytest.mark.parametrize(
@@ -166,7 +168,7 @@ def test_each_method_is_compared_with_the_first_in_its_own_environment():
 
 
 def test_a_single_seed_has_no_interval_over_seeds():
-    one = [entry("MADyS", seeds=(4,), area=[0.9]), entry("EA", seeds=(4,), area=[0.1], success=[0.125])]
+    one = [entry("MADyS", seeds=(4,), area=[0.9]), entry("EA", seeds=(4,), area=[0.1], final=[0.125])]
     methods, apart, _ = tables(one)
     assert [row[2] for row in methods[1:]] == ["0.500", "0.125"]
     assert [row[4] for row in methods[1:]] == ["0.900", "0.100"]
@@ -232,5 +234,62 @@ def test_the_csv_file_has_the_exact_numbers_of_every_seed(entries, tmp_path):
     for row, (entry, index) in zip(rows, expected, strict=True):
         assert (row["environment"], row["method"]) == (entry.environment, entry.method)
         assert (int(row["seed"]), int(row["steps"])) == (SEEDS[index], ENVIRONMENTS[entry.environment])
-        for name in measured:
-            np.testing.assert_equal(float(row[name]), getattr(entry, name)[index])
+        numbers = (entry.final, entry.area, entry.steps_to[0.5], entry.steps_to[0.9])
+        for name, of_seeds in zip(measured, numbers, strict=True):
+            np.testing.assert_equal(float(row[name]), of_seeds[index])
+
+
+# Returns, on a scale of their own
+
+
+def returns(method, environment="pendulum", **measured):
+    return Entry(environment, method, SEEDS, 200_000, steps_to={}, score=RETURN, **measured)
+
+
+@pytest.fixture
+def pendulum():
+    return [
+        returns("ERL", final=np.array([-151.5, -160.0, -148.25]), area=np.array([-400.0, -410, -405])),
+        returns("TD3", final=np.array([-150.0, -900.0, -155.0]), area=np.array([-700.5, -720, -690])),
+    ]
+
+
+def test_returns_have_no_thresholds_and_no_bounds(pendulum):
+    heading, first, second = tables(pendulum)[0]
+    assert heading == [
+        *[
+            "environment",
+            "method",
+            "final return",
+            "interquartile mean",
+            "area under curve",
+            "better than ERL",
+        ],
+    ]
+    values = pendulum[1].final
+    low, high = stats.t.interval(0.95, 2, values.mean(), stats.sem(values))
+    assert high > 0, "no longer clipped"
+    assert second[2] == f"{values.mean():.4g} [{low:.4g}, {high:.4g}]"
+    assert first[4].startswith("-405 [-") and first[5] == ""
+    better = float(second[5].split()[0])
+    assert better == pytest.approx(ahead(values, pendulum[0].final), abs=6e-4)
+    assert tables(pendulum)[1][1] == ["pendulum", "TD3", "+298.5", "yes"]
+    text = markdown_table(pendulum)
+    assert "success" not in text and "0.9" not in text and "ends with more return than" in text
+
+
+def test_returns_of_several_environments_have_no_mean_in_common(pendulum):
+    cheetah = [returns(one.method, "cheetah", final=-one.final, area=-one.area) for one in pendulum]
+    heading, *rows = tables([*pendulum, *cheetah])[2]
+    assert heading == ["all environments", "better than ERL"]
+    assert [row[0] for row in rows] == ["ERL", "TD3"]
+    # Who is ahead here by as much is behind there.
+    assert float(rows[1][1].split()[0]) == pytest.approx(0.5, abs=1e-3)
+
+
+def test_the_csv_file_of_returns(pendulum, tmp_path):
+    _, plain = write_tables(tmp_path, pendulum)
+    with plain.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["environment", "method", "seed", "steps", "return", "area"]
+    assert [float(row["return"]) for row in rows] == [*pendulum[0].final, *pendulum[1].final]

@@ -70,6 +70,10 @@ class NamesInAList(Sound):
     skills = ["approach", "flee"]  # noqa: RUF012
 
 
+class OddSuccess(Sound):
+    success = "truncated"
+
+
 class StateAlone(Sound):
     def reset(self, key):
         return super().reset(key)[0]
@@ -151,6 +155,7 @@ WRONG = [
     (NoAgents(), "n_agents", "is 0; set it to a whole number of at least 1"),
     (TwiceTheSkill(), "skills", "give each once"),
     (NamesInAList(), "skills", "set it to a tuple of names"),
+    (OddSuccess(), "success", """is 'truncated'; set it to "terminated", or to None"""),
     (StateAlone(), "reset", "return two things, (state, observation)"),
     (NoTimeStep(), "step", "return (state, skillcrew.TimeStep"),
     (DecidesInPython(), "step", "use jnp.where or jax.lax.cond"),
@@ -220,10 +225,19 @@ def test_a_sound_world_gets_no_word_of_blame():
     report = sc.check_environment(Sound())
     assert report.ok and {finding.level for finding in report.findings} == {"fine"}
     said = {finding.about: finding.said for finding in report.findings}
-    assert set(said) == {"sizes", "shapes", "purity", "keys", "endings", "team reward", "speed"}
+    assert set(said) == {"sizes", "success", "shapes", "purity", "keys", "endings", "team reward", "speed"}
+    assert "scored by their return" in said["success"]
     assert "2 agent(s), 3 numbers seen and 1 done by each, 4 steps; skills: approach, flee" in said["sizes"]
     ended, cut = (int(part.split()[0]) for part in said["endings"].split("actions ")[1].split(", "))
     assert ended + cut == 64 and ended > 0 and cut > 0
+
+
+def test_success_that_is_defined_is_told():
+    class Successful(Sound):
+        success = "terminated"
+
+    said = {finding.about: finding.said for finding in sc.check_environment(Successful()).findings}
+    assert said["success"].startswith("is the share of episodes that end terminated")
 
 
 def test_no_skills_is_no_mistake():

@@ -41,10 +41,11 @@ def test_a_catastrophic_generation_takes_no_place() -> None:
 
 
 def test_free_places_are_never_drawn() -> None:
-    hall = filled([0.0, 0.25])
-    for sampling in ("uniform", "proportional"):
-        drawn = hall.draw(jax.random.key(0), (500,), HallOfFameConfig(SIZE, sampling=sampling))
-        assert set(np.asarray(hall.fitness)[np.unique(drawn)]) <= {0.0, 0.25}
+    for fitness in ({0.0, 0.25}, {-3.0, -2.0}):
+        hall = filled(sorted(fitness))
+        for sampling in ("uniform", "proportional"):
+            drawn = hall.draw(jax.random.key(0), (500,), HallOfFameConfig(SIZE, sampling=sampling))
+            assert set(np.asarray(hall.fitness)[np.unique(drawn)]) <= fitness
 
 
 @pytest.mark.parametrize(
@@ -53,6 +54,8 @@ def test_free_places_are_never_drawn() -> None:
         ("uniform", [0.1, 0.2, 0.7], [1 / 3, 1 / 3, 1 / 3]),
         ("proportional", [0.1, 0.2, 0.7], [0.1, 0.2, 0.7]),
         ("proportional", [0.0, 0.0, 0.0], [1 / 3, 1 / 3, 1 / 3]),
+        ("proportional", [-8.0, -6.0, 4.0], [0, 2 / 14, 12 / 14]),
+        ("proportional", [-5.0, -5.0, -5.0], [1 / 3, 1 / 3, 1 / 3]),
     ],
 )
 def test_rates_of_drawing(sampling, fitness, expected) -> None:

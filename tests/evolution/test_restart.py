@@ -12,7 +12,7 @@ from skillcrew.errors import UserError
 from skillcrew.evolution.coevolution import CoevolutionConfig
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState
 from skillcrew.evolution.mutation import MutationConfig
-from skillcrew.evolution.restart import RestartConfig
+from skillcrew.evolution.restart import Progress, RestartConfig
 
 POPULATION, GENES = 9, 4
 # Without priors a champion's fitness is what its lineage was told.
@@ -31,7 +31,14 @@ def draw(key, population: int):
 
 
 GENETIC = GeneticAlgorithm(CONFIG, draw)
-PLAIN = GeneticAlgorithm(dataclasses.replace(CONFIG, restart=RestartConfig()), draw)
+
+
+def patient(generations: int) -> GeneticAlgorithm:
+    restart = dataclasses.replace(CONFIG.restart, patience=generations)
+    return GeneticAlgorithm(dataclasses.replace(CONFIG, restart=restart), draw)
+
+
+PLAIN = patient(0)
 told = quick_jit(GENETIC.next_generation)
 FIRST = GENETIC.init(jax.random.key(0), POPULATION)
 
@@ -103,11 +110,10 @@ def test_without_patience_nothing_begins_anew_and_no_number_changes() -> None:
         before, state = state, PLAIN.next_generation(key_of(generation), state, jnp.full(POPULATION, 0.1))
         assert state.lineage.evaluations.any()
     assert int(state.progress.waited) == 7
-    patient = GeneticAlgorithm(dataclasses.replace(CONFIG, restart=RestartConfig(patience=100)), draw)
     key = jax.random.key(3)
     fitness = jnp.linspace(0, 1, POPULATION)
     same = PLAIN.next_generation(jax.random.split(key)[0], before, fitness)
-    np.testing.assert_array_equal(patient.next_generation(key, before, fitness).genomes, same.genomes)
+    np.testing.assert_array_equal(patient(100).next_generation(key, before, fitness).genomes, same.genomes)
 
 
 @pytest.mark.parametrize(
@@ -128,3 +134,95 @@ def test_impossible_restarts_are_refused(fields, said) -> None:
 def test_coevolution_refuses_them_by_name() -> None:
     with pytest.raises(UserError, match=r"evolution\.restart\.patience = 3: .*coevolution.*set it to 0"):
         CoevolutionConfig().check_population(40, CONFIG)
+
+
+# Without a level, on whatever scale
+
+
+FREE = RestartConfig(patience=3, tolerance=0.05)
+
+
+def follow(config: RestartConfig, *fitness: float, spread: float = 0.0) -> tuple[list[int], Progress]:
+    """The generations after which searches of such a fitness begin anew, and what is known in the end.
+
+    The champion of generation i is a genome of is.
+    """
+    anew, progress = [], Progress.create(jnp.full(GENES, -1.0), config)
+    for generation, value in enumerate(fitness):
+        progress = progress.observe(jnp.float32(value), jnp.float32(spread), config)
+        if bool(progress.stalled(config)):
+            anew.append(generation)
+            progress = progress.begin_anew(jnp.full(GENES, float(generation)), config)
+    return anew, progress
+
+
+@pytest.mark.parametrize("level", [-15.0, 0.0, 2000.0])
+def test_a_search_that_never_improved_begins_anew_wherever_its_fitness_is(level: float) -> None:
+    anew, progress = follow(FREE, *[level] * 12)
+    assert anew == [3, 7, 11]
+    assert float(progress.kept_fitness) == level
+    # Equals do not replace the first.
+    np.testing.assert_array_equal(progress.kept, np.full(GENES, 3.0))
+
+
+def test_one_that_improved_never_does_even_where_it_is_negative() -> None:
+    assert follow(FREE, -15.0, -14.0, *[-14.5] * 40)[0] == []
+    # Rounding of an average is no improvement, and so is less than the tolerance's share of the spread.
+    assert follow(FREE, -15.0, -15.0 + 2e-6, -15.0, -15.0)[0] == [3]
+    assert follow(FREE, -15.0, -14.6, -14.6, -14.6, spread=10.0)[0] == [3]
+    assert follow(FREE, -15.0, -14.4, *[-15.0] * 9, spread=10.0)[0] == []
+
+
+@pytest.mark.parametrize(("times", "plus"), [(128.0, 0.0), (0.0078125, 0.0), (4.0, -50.0), (1.0, 1024.0)])
+def test_when_it_begins_anew_does_not_depend_on_the_scale(times: float, plus: float) -> None:
+    rng = np.random.default_rng(5)
+    whens = set()
+    for _ in range(30):
+        fitness = rng.integers(0, 3, 16) / 64
+        whens.add(tuple(follow(FREE, *fitness, spread=0.5)[0]))
+        expected, progress = follow(FREE, *fitness, spread=0.5)
+        found, scaled = follow(FREE, *(times * fitness + plus), spread=times * 0.5)
+        assert found == expected
+        np.testing.assert_array_equal(scaled.kept, progress.kept)
+    assert len(whens) > 3
+
+
+def test_the_champion_is_the_best_that_is_known_where_all_are_negative() -> None:
+    _, progress = follow(FREE, *[-15.0] * 4, *[-20.0] * 2)
+    given_up, current = np.full(GENES, 3.0), jnp.full(GENES, 99.0)
+    np.testing.assert_array_equal(progress.champion(current), given_up)
+    # Also in the generation in which the search begins, when nothing is known of the new one.
+    _, begun = follow(FREE, *[-15.0] * 4)
+    np.testing.assert_array_equal(begun.champion(current), given_up)
+    better = progress.observe(jnp.float32(-10.0), jnp.float32(0.0), FREE)
+    np.testing.assert_array_equal(better.champion(current), current)
+
+
+def test_a_level_is_one_on_a_scale_of_successes_or_whatever_the_user_means() -> None:
+    level = RestartConfig(patience=3, below=0.4, tolerance=0.05)
+    # Negative fitness is not on that scale: nothing says that it is low.
+    assert follow(level, *[-15.0] * 40)[0] == []
+    assert follow(level, 0.2, -0.1, *[0.1] * 40)[0] == []
+    # Nothing achieved is no improvement.
+    assert follow(level, 0.0, 0.0, 0.0)[0] == [2]
+    # A level below 0 is one that somebody gave, who knows the scale.
+    own = RestartConfig(patience=3, below=-20.0, tolerance=0.05)
+    assert follow(own, *[-30.0] * 5)[0] == [3]
+    assert follow(own, *[-10.0] * 40)[0] == []
+
+
+def test_a_genetic_search_on_negative_returns_finds_its_way() -> None:
+    """Where nothing changes it begins anew; where it does, it goes on."""
+    genetic = GeneticAlgorithm(dataclasses.replace(CONFIG, restart=FREE), draw)
+    step = quick_jit(genetic.next_generation)
+    state = genetic.init(jax.random.key(0), POPULATION)
+    champion = np.asarray(state.genomes[0])
+    for generation in range(4):
+        state = step(key_of(generation), state, jnp.full(POPULATION, -15.0))
+    assert not state.lineage.evaluations.any()
+    np.testing.assert_array_equal(genetic.champion(state), champion)
+    assert float(genetic.champion_fitness(state)) == -15.0
+    for generation in range(4, 16):
+        state = step(key_of(generation), state, jnp.full(POPULATION, -14.0 + 0.5 * (generation > 5)))
+    assert state.lineage.evaluations.any() and int(state.progress.waited) < 0
+    np.testing.assert_array_equal(genetic.champion(state), state.genomes[0])

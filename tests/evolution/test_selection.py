@@ -56,3 +56,14 @@ def test_proportional_draws_are_proportional_to_fitness() -> None:
 def test_proportional_draws_are_uniform_while_nobody_earned_anything() -> None:
     drawn = frequencies(proportional(jax.random.key(4), jnp.zeros(FITNESS.size), DRAWS))
     assert stats.chisquare(drawn).pvalue > CHANCE
+
+
+@pytest.mark.parametrize("worst", [-1.5, -40.0])
+def test_proportional_draws_count_from_the_worst_where_that_is_negative(worst: float) -> None:
+    earned = np.array([2.0, 0.0, 1.0, 5.0, 0.0, 3.0, 1.0], np.float32)
+    drawn = frequencies(proportional(jax.random.key(5), jnp.asarray(earned + worst, jnp.float32), DRAWS))
+    assert drawn[earned == 0].sum() == 0
+    expected = DRAWS * earned[earned > 0].astype(float) / earned.sum()
+    assert stats.chisquare(drawn[earned > 0], expected).pvalue > CHANCE
+    equal = frequencies(proportional(jax.random.key(6), jnp.full(earned.size, worst), DRAWS))
+    assert stats.chisquare(equal).pvalue > CHANCE

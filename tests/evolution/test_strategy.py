@@ -107,9 +107,12 @@ def test_where_all_are_equal_the_mean_stays(first) -> None:
     np.testing.assert_array_equal(advance(first, np.full(POPULATION, 0.4)).mean, first.mean)
 
 
-def test_it_climbs_to_the_optimum_of_a_known_function() -> None:
+@pytest.mark.parametrize("below", [None, 0.4])
+def test_it_climbs_to_the_optimum_of_a_known_function(below: float | None) -> None:
+    """Patient for a tenth of the way: a fitness that is never above 0 is no reason to begin anew."""
     target = jnp.array([1.0, -2.0, 0.5, 3.0, -0.25])
-    strategy = EvolutionStrategy(StrategyConfig(deviation=0.1, learning_rate=0.05, patience=0), draw)
+    strategy = EvolutionStrategy(StrategyConfig(deviation=0.1, learning_rate=0.05, restart_below=below), draw)
+    assert strategy.config.patience == 40
 
     def generation(state: StrategyState, key) -> tuple[StrategyState, Any]:
         fitness = -((strategy.genomes(state) - target[None]) ** 2).sum(1)
@@ -189,6 +192,23 @@ def test_a_worse_search_given_up_does_not_replace_the_kept_one(first) -> None:
 
 def test_a_good_search_never_begins_anew(first) -> None:
     assert not any(jumps(tell(first, *[0.45] * 8), first))
+
+
+def test_on_negative_returns_it_begins_anew_only_while_nothing_changes() -> None:
+    free = EvolutionStrategy(StrategyConfig(fitness_memory=1.0, patience=3, tolerance=0.05), draw)
+    step = quick_jit(free.next_generation)
+    state = first = free.init(jax.random.key(0), POPULATION)
+    champions, fitness = [], []
+    for generation, mean in enumerate([*[-15.0] * 4, -20.0, -20.0, *[-10.0] * 12]):
+        state = step(jax.random.key(80 + generation), state, jnp.full(POPULATION, mean))
+        champions.append(np.asarray(free.champion(state)))
+        fitness.append(float(free.champion_fitness(state)))
+    assert fitness == [-15.0] * 6 + [-10.0] * 12
+    # Where all are equal a mean stays where it is.
+    for champion in champions[:6]:
+        np.testing.assert_array_equal(champion, first.mean)
+    for champion in champions[6:]:
+        np.testing.assert_array_equal(champion, state.mean)
 
 
 def test_without_patience_no_search_begins_anew(first) -> None:

@@ -55,5 +55,5 @@ def write_report(where: RunFolder, wins: Mapping[int, int]) -> None:
             (where.report / f"chosen_skills_seed_{seed}.{kind}").write_text(f"{where.path} {seed} {kind}")
     returns = np.stack([np.arange(EPISODES) < won for won in wins.values()]).astype(float)
     choices = np.zeros((len(wins), EPISODES, 3, 1), int)
-    evaluation = sc.Evaluation(tuple(wins), EPISODES, returns, choices)
+    evaluation = sc.Evaluation(tuple(wins), EPISODES, returns, choices, returns == 1)
     where.scores.write_text(json.dumps(evaluation.as_dict()))

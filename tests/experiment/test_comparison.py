@@ -7,10 +7,12 @@ import pytest
 
 import skillcrew as sc
 from experiment import made_up
-from experiment.tiny import contents
+from experiment.tiny import Counting, Toll, contents
 from skillcrew.experiment import comparison
-from skillcrew.experiment.comparison import ComparisonFolder, first_difference
+from skillcrew.experiment.comparison import Comparison, ComparisonFolder, PlannedRun, first_difference
+from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.reproduction import plan
+from skillcrew.experiment.score import RETURN, SUCCESS
 
 PURPOSE = "This folder is for a test."
 
@@ -31,6 +33,25 @@ def test_a_new_folder_explains_itself_and_is_opened_again(folder):
     (folder.path / "runs" / "anything").mkdir()
     ComparisonFolder(str(folder.path)).open("Somebody else's purpose.")
     assert contents(folder.path) == made
+
+
+def test_it_says_what_methods_are_compared_by(folder, tmp_path):
+    folder.open(PURPOSE)
+    assert "steps to 0.5 and 0.9, final success, area" in (folder.path / "README.txt").read_text()
+    ComparisonFolder(tmp_path / "returns").open(PURPOSE, RETURN)
+    explained = (tmp_path / "returns" / "README.txt").read_text()
+    assert "environment: final return, area" in explained and "success" not in explained
+
+
+def test_success_and_returns_are_compared_apart():
+    rover, toll = (
+        PlannedRun(env.name, "counting", "Counting", Counting(env), RunConfig())
+        for env in (sc.make("rover-t2-c1"), Toll())
+    )
+    assert Comparison("", [rover, rover], []).score is SUCCESS
+    assert Comparison("", [toll], []).score is RETURN
+    with pytest.raises(sc.UserError, match="compare them apart"):
+        _ = Comparison("", [rover, toll], []).score
 
 
 def test_an_empty_folder_is_taken(tmp_path):

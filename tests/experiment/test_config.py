@@ -127,7 +127,7 @@ PHASES = {"phases": 5, "reactive": True, "alike": 0.375, "hold": 3}
             {
                 "evolver": "strategy",
                 "episodes_shared_by": "pair",
-                "strategy": StrategyConfig(deviation=0.25, learning_rate=0.5, fitness_memory=3.0),
+                "strategy": StrategyConfig(0.25, 0.5, 3.0, restart_below=-7.5),
             },
         ),
         ("madys", {"evolver": "sep_cma_es", "evosax": sc.EvosaxConfig(0.25, 0.5, 3.0)}),
@@ -151,7 +151,7 @@ PHASES = {"phases": 5, "reactive": True, "alike": 0.375, "hold": 3}
                 "evolver": "strategy",
                 "episodes_shared_by": "pair",
                 "population": 6,
-                "strategy": StrategyConfig(deviation=2.5, learning_rate=0.125),
+                "strategy": StrategyConfig(2.5, 0.125, restart_below=0.4),
             },
         ),
     ],

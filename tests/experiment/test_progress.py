@@ -34,14 +34,14 @@ def test_the_numbers_of_a_summary():
     summary = Summary(chunk(4000), BUDGET, steps_per_second=200.0)
     assert summary.generation == 4
     assert summary.steps == 4000, "the slowest seed decides how far the run is"
-    assert summary.success_by_seed.tolist() == pytest.approx([0.3, 0.7])
+    assert summary.score_by_seed.tolist() == pytest.approx([0.3, 0.7])
     assert (summary.best, summary.mean) == pytest.approx((0.6, 0.2))
     assert summary.returns == {"go_to_poi_A": 2.5}
     assert summary.stopped == {"go_to_poi_A": 1}
     # Both seeds step on until the slower one has lived its 6000 more: 12000 steps at 200 a second.
     assert summary.seconds_left == 60
     interval = seed_interval(np.asarray([0.3, 0.7]))
-    assert summary.success() == f"0.50 [{interval.low:.2f}, {interval.high:.2f}]"
+    assert summary.champion() == f"0.50 [{interval.low:.2f}, {interval.high:.2f}]"
 
 
 def test_a_summary_beyond_the_budget_and_before_any_pace():
@@ -50,9 +50,25 @@ def test_a_summary_beyond_the_budget_and_before_any_pace():
     assert Summary(chunk(4000), BUDGET, 0.0).seconds_left == np.inf
 
 
+def test_a_return_is_called_one_and_has_its_own_scale():
+    metrics = chunk(4000)
+    metrics["team_return"] = 1000.0 * metrics.pop("success_rate") - 700.0
+    summary = Summary(metrics, BUDGET, 200.0)
+    interval = seed_interval(np.asarray([-400.0, 0.0]), -np.inf, np.inf)
+    assert interval.low < -400 and interval.high > 0
+    assert summary.champion() == f"-200 [{interval.low:.4g}, {interval.high:.4g}]"
+    line, table = console(False), console(True)
+    LineReporter(line, BUDGET).update(metrics, 200.0)
+    assert "steps, return -200 [" in line.file.getvalue() and "success" not in line.file.getvalue()
+    live = LiveReporter(table, BUDGET, (0, 1))
+    live.update(metrics, 200.0)
+    live.close()
+    assert "champion's team return" in table.file.getvalue() and "0: -400" in table.file.getvalue()
+
+
 def test_one_seed_has_no_interval():
     alone = {name: values[:1] for name, values in chunk(4000).items()}
-    assert Summary(alone, BUDGET, 100.0).success() == "0.30"
+    assert Summary(alone, BUDGET, 100.0).champion() == "0.30"
 
 
 def test_logs_get_a_line_now_and_then(monkeypatch):

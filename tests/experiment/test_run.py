@@ -158,11 +158,11 @@ def test_default_folders_are_numbered(monkeypatch, tmp_path, counting):
 def test_success_is_over_seeds_where_there_are_several():
     returns = np.asarray([[1.0, 1, 0, 0], [1, 1, 1, 0], [1, 1, 1, 1]])
     choices = np.zeros((3, 4, 1, 1), int)
-    several = sc.Evaluation((5, 6, 7), 4, returns, choices)
+    several = sc.Evaluation((5, 6, 7), 4, returns, choices, returns == 1)
     assert several.per_seed == [proportion_interval(wins, 4) for wins in (2, 3, 4)]
     assert several.success_rate == seed_interval(np.asarray([0.5, 0.75, 1.0]))
     assert several.success_rate.mean == 0.75
-    alone = sc.Evaluation((5,), 4, returns[:1], choices[:1])
+    alone = sc.Evaluation((5,), 4, returns[:1], choices[:1], returns[:1] == 1)
     assert alone.success_rate == proportion_interval(2, 4)
 
 

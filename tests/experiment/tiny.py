@@ -226,6 +226,18 @@ class Countdown(Environment):
         return jnp.full((self.n_agents, 1), left, jnp.float32)
 
 
+class Toll(Countdown):
+    """Each step costs; worlds last 1 to 5 steps."""
+
+    name = "toll"
+
+    def step(self, state, action, key):
+        left, step = super().step(state, action, key)
+        return left, TimeStep(
+            step.observation, step.local_rewards, jnp.float32(-3.35), step.terminated, step.truncated
+        )
+
+
 class CountdownTeam(eqx.Module):
     """Its choice is what it sees; it carries the generation that it is the champion of."""
 

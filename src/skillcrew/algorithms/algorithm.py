@@ -8,6 +8,7 @@ from jaxtyping import Array, Key, PyTree
 
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
+from skillcrew.evolution.restart import LOW
 from skillcrew.policies.team import Team
 
 
@@ -72,7 +73,7 @@ def override(algorithm: Any, config: Any, overrides: Mapping[str, Any]) -> Any:
         if field not in fields:
             raise unknown_name(f"field of {algorithm.name}", field, fields)
     config = dataclasses.replace(config or algorithm.config_class(), **overrides)
-    return scaled_as(algorithm.env.input_scaling, config)
+    return filled_in(algorithm.env, config)
 
 
 def agents_differ(env: Environment) -> UserError:
@@ -84,13 +85,19 @@ def agents_differ(env: Environment) -> UserError:
     )
 
 
-def scaled_as(scaling: str, config: Any) -> Any:
-    """A configuration in which networks that leave the scale of their input to the environment name it."""
+def filled_in(env: Environment, config: Any) -> Any:
+    """A configuration in which what is left to the environment is named.
+
+    That is how networks scale their input and, where it says what success is, below which fitness a search
+    may begin anew.
+    """
     changes = {}
     for field in dataclasses.fields(config):
         value = getattr(config, field.name)
         if dataclasses.is_dataclass(value):
-            changes[field.name] = scaled_as(scaling, value)
+            changes[field.name] = filled_in(env, value)
         elif field.name == "input_scaling" and value == "environment":
-            changes[field.name] = scaling
+            changes[field.name] = env.input_scaling
+        elif field.name in ("below", "restart_below") and value is None and env.success is not None:
+            changes[field.name] = LOW
     return dataclasses.replace(config, **changes) if changes else config

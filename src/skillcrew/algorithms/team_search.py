@@ -53,7 +53,7 @@ class SearchConfig:
     averages make up for the noise."""
     fitness_discount: float = 0.98
     """Discount per step of the team reward in a team's fitness; below 1 the quicker of two teams ranks
-    higher. Success is scored without it."""
+    higher. Champions are scored without it."""
     episodes_shared_by: Literal["population", "pair"] = "population"
     """Who meets the same episodes: "population" for all teams, "pair" for each mirrored pair of an
     evolution strategy its own, so that a generation sees many more worlds."""

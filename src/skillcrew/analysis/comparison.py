@@ -33,14 +33,20 @@ def steps_to(
 
 
 def area_under_curve(
-    steps: Real[np.ndarray, " rows"], values: Float[np.ndarray, " rows"], horizon: float | int
+    steps: Real[np.ndarray, " rows"],
+    values: Float[np.ndarray, " rows"],
+    horizon: float | int,
+    start: float | None = 0.0,
 ) -> float:
     """The mean of one seed's curve over the environment steps from 0 to `horizon`.
 
-    The curve begins at 0, is linear between rows, and keeps its last value if it ends before.
+    The curve is linear between rows, and keeps its last value if it ends before.
+
+    Args:
+        start: what it begins with; None for its first value.
     """
     x = np.concatenate([[0.0], np.asarray(steps, float)])
-    y = np.concatenate([[0.0], np.asarray(values, float)])
+    y = np.concatenate([[values[0] if start is None else start], np.asarray(values, float)])
     inside = x < horizon
     x_cut = np.concatenate([x[inside], [horizon]])
     y_cut = np.concatenate([y[inside], [np.interp(horizon, x, y)]])

@@ -19,6 +19,7 @@ from skillcrew.experiment.comparison import Comparison, ComparisonFolder, Planne
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder, describe_environment
 from skillcrew.experiment.run import Run
+from skillcrew.experiment.score import score_of
 
 
 def write_results(folder: ComparisonFolder, comparison: Comparison) -> list[Path]:
@@ -59,6 +60,7 @@ def _curve(where: RunFolder, planned: PlannedRun) -> Curve:
 
 def _entry(where: RunFolder, planned: PlannedRun, curve: Curve, horizon: int) -> Entry:
     """What one run reached; `horizon`: environment steps over which its curve is averaged."""
+    score = score_of(planned.algorithm.env)
 
     def of_seeds(measure: Any) -> Float[np.ndarray, " seeds"]:
         return np.array([measure(np.asarray(steps), np.asarray(values)) for steps, values in curve.per_seed])
@@ -68,18 +70,23 @@ def _entry(where: RunFolder, planned: PlannedRun, curve: Curve, horizon: int) ->
         method=planned.label,
         seeds=planned.config.seeds,
         steps=planned.config.steps,
-        success=np.array([seed["mean"] for seed in _scores(where)]),
-        area=of_seeds(lambda steps, values: area_under_curve(steps, values, horizon)),
-        steps_to_half=of_seeds(lambda steps, values: steps_to(steps, values, 0.5, SMOOTHING)),
-        steps_to_nine_tenths=of_seeds(lambda steps, values: steps_to(steps, values, 0.9, SMOOTHING)),
+        final=np.array([seed["mean"] for seed in _scores(where, planned)]),
+        area=of_seeds(lambda steps, values: area_under_curve(steps, values, horizon, score.start)),
+        steps_to={
+            threshold: of_seeds(
+                lambda steps, values, threshold=threshold: steps_to(steps, values, threshold, SMOOTHING)
+            )
+            for threshold in score.thresholds
+        },
+        score=score,
     )
 
 
 def _copy_skills(folder: ComparisonFolder, planned: PlannedRun) -> list[Path]:
-    """The chosen skills of the seed with the median success, where there is something to choose."""
+    """The chosen skills of the seed with the median score, where there is something to choose."""
     if len(planned.algorithm.choices()) < 2:
         return []
-    scores = sorted(_scores(folder.run(planned)), key=lambda seed: (seed["mean"], seed["seed"]))
+    scores = sorted(_scores(folder.run(planned), planned), key=lambda seed: (seed["mean"], seed["seed"]))
     median = scores[len(scores) // 2]["seed"]
     copies = []
     for kind in ("png", "pdf"):
@@ -94,9 +101,10 @@ def _copy_skills(folder: ComparisonFolder, planned: PlannedRun) -> list[Path]:
     return copies
 
 
-def _scores(where: RunFolder) -> list[dict[str, Any]]:
+def _scores(where: RunFolder, planned: PlannedRun) -> list[dict[str, Any]]:
+    key = score_of(planned.algorithm.env).key
     try:
-        return json.loads(where.scores.read_text())["success_rate"]["per_seed"]
+        return json.loads(where.scores.read_text())[key]["per_seed"]
     except (OSError, ValueError, KeyError, TypeError):
         raise UserError(
             f"{where.scores}: missing or damaged; `skillcrew resume {where.path}` scores the champions again"

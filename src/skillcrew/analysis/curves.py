@@ -18,6 +18,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from skillcrew.analysis.canvas import STYLE, layout
 from skillcrew.analysis.statistics import Band
 from skillcrew.errors import UserError
+from skillcrew.experiment.score import SUCCESS, Score
 
 CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#AA4499", "#E69F00", "#56B4E9", "#333333")
 """Okabe and Ito's colours (with a stronger purple), which colour-blind readers tell apart."""
@@ -34,15 +35,17 @@ class Curve:
 
     label: str
     band: Band
-    """The mean over seeds, in [0, 1], with its interval."""
+    """The mean over seeds with its interval."""
     per_seed: Sequence[tuple[Real[np.ndarray, " _"], Real[np.ndarray, " _"]]]
     """For each seed its environment steps and values; rows with NaN are skipped."""
     pretrained_at: float | int | None = None
     """Environment steps after which pre-training ended (MFL); marked by a dotted line."""
+    score: Score = SUCCESS
+    """What its values are; the same for all curves of a panel."""
 
 
 def learning_curves(curves: Sequence[Curve], title: str) -> Figure:
-    """Success rates over environment steps: each seed faint, the mean bold, its 95 % band shaded.
+    """Scores over environment steps: each seed faint, the mean bold, its 95 % band shaded.
 
     Args:
         curves: at least one; colours repeat after seven, with other dashes.
@@ -72,7 +75,7 @@ def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figur
 
     Args:
         panels: by the title of each panel, the same labels in the same order in all of them. Means and
-            bands alone are drawn, no single seeds.
+            bands alone are drawn, no single seeds. Panels share their axis of scores if that has bounds.
         title: stands above all panels.
     """
     with matplotlib.rc_context(STYLE):
@@ -80,7 +83,8 @@ def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figur
         entries = len(next(iter(panels.values()))) + 1
         rows = math.ceil(entries / (2 * len(panels)))
         figure = Figure(figsize=(1.0 + 3.1 * len(panels), 3.5 + 0.2 * rows), layout=layout())
-        row = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+        shared = all(curve.score.bounded for curves in panels.values() for curve in curves)
+        row = figure.subplots(1, len(panels), sharey=shared, squeeze=False)[0]
         for axes, (name, curves) in zip(row, panels.items(), strict=True):
             bare = [dataclasses.replace(curve, per_seed=[]) for curve in curves]
             handles = _draw_panel(axes, bare)
@@ -102,9 +106,12 @@ def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figur
 def _draw_panel(axes: Axes, curves: Sequence[Curve]) -> list[Any]:
     """Draws curves into axes but for the axis of steps, and returns what stands for each in a legend."""
     handles: list[Any] = [_draw_curve(axes, index, curve) for index, curve in enumerate(curves)]
-    axes.set_ylabel("Champion's success rate on fresh episodes")
-    axes.set_ylim(-0.02, 1.02)
-    axes.set_yticks(np.linspace(0, 1, 6))
+    score = curves[0].score
+    axes.set_ylabel(f"Champion's {score.label} on fresh episodes")
+    if score.bounded:
+        room = 0.02 * (score.upper - score.lower)
+        axes.set_ylim(score.lower - room, score.upper + room)
+        axes.set_yticks(np.linspace(score.lower, score.upper, 6))
     axes.grid(axis="y", color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     return handles

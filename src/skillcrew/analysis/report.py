@@ -10,9 +10,11 @@ from skillcrew.analysis.curves import Curve, learning_curves
 from skillcrew.analysis.skill_figures import skill_distribution
 from skillcrew.analysis.statistics import mean_band
 from skillcrew.errors import UserError
+from skillcrew.experiment.evaluation import Evaluation
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.metrics import Columns
-from skillcrew.experiment.run import Evaluation, Run
+from skillcrew.experiment.run import Run
+from skillcrew.experiment.score import RETURN, Score, score_of
 
 SMOOTHING = 5
 """Generations that the mean curve averages over; single seeds are drawn as they are."""
@@ -29,14 +31,20 @@ def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -
     folder = folder or run.folder.report
     title = f"{run.algorithm.label} on {run.algorithm.env.name}"
     written = save(learning_curves([learning_curve(run)], title), folder / "learning_curve")
-    for seed, choices, rate in zip(evaluation.seeds, evaluation.choices, evaluation.per_seed, strict=True):
-        heading = f"{title}, seed {seed}: {rate.mean:.1%} of {evaluation.episodes} episodes solved"
+    for seed, choices, reached in zip(evaluation.seeds, evaluation.choices, evaluation.per_seed, strict=True):
+        heading = f"{title}, seed {seed}: {_said(evaluation, reached.mean)}"
         figure = skill_distribution(choices, run.algorithm.choices(), heading)
         written += save(figure, folder / f"chosen_skills_seed_{seed}")
     scores = json.dumps(evaluation.as_dict(), indent=1) + "\n"
     scores_file = folder / run.folder.scores.name
     write_whole(scores_file, lambda path: path.write_text(scores))
     return [*written, scores_file]
+
+
+def _said(evaluation: Evaluation, mean: float) -> str:
+    if evaluation.completed is None:
+        return f"mean return {RETURN.number(mean)} in {evaluation.episodes} episodes"
+    return f"{mean:.1%} of {evaluation.episodes} episodes solved"
 
 
 def learning_curve(run: Run, label: str | None = None, logarithmic: bool = False) -> Curve:
@@ -46,16 +54,22 @@ def learning_curve(run: Run, label: str | None = None, logarithmic: bool = False
         logarithmic: whether the band is for a logarithmic axis of steps.
     """
     columns = run.metrics()
-    per_seed = [_within_budget(columns, seed, run.config.steps) for seed in run.config.seeds]
+    score = score_of(run.algorithm.env)
+    if score.key not in columns:
+        # The environment says what success is since the run was trained.
+        score = RETURN
+    per_seed = [_within_budget(columns, score, seed, run.config.steps) for seed in run.config.seeds]
     steps, values = [s for s, _ in per_seed], [v for _, v in per_seed]
     if min(len(s) for s in steps) == 0:
         raise UserError(
             f"{run.folder.metrics}: a seed has no generation yet; train longer before drawing a curve"
         )
-    band = mean_band(steps, values, window=SMOOTHING, logarithmic=logarithmic)
-    return Curve(label or run.algorithm.label, band, per_seed)
+    band = mean_band(
+        steps, values, window=SMOOTHING, lower=score.lower, upper=score.upper, logarithmic=logarithmic
+    )
+    return Curve(label or run.algorithm.label, band, per_seed, score=score)
 
 
-def _within_budget(columns: Columns, seed: int, budget: int) -> tuple[np.ndarray, np.ndarray]:
+def _within_budget(columns: Columns, score: Score, seed: int, budget: int) -> tuple[np.ndarray, np.ndarray]:
     rows = (columns["seed"] == seed) & (columns["environment_steps"] <= budget)
-    return columns["environment_steps"][rows], columns["success_rate"][rows]
+    return columns["environment_steps"][rows], columns[score.key][rows]

@@ -1,7 +1,6 @@
 """Comparisons of algorithms as tables, in Markdown for people and CSV for programs."""
 
 import csv
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,11 @@ from jaxtyping import Float
 
 from skillcrew.analysis.comparison import interquartile_interval, probability_of_improvement
 from skillcrew.experiment.files import write_whole
-from skillcrew.intervals import Interval, seed_interval
+from skillcrew.experiment.score import SUCCESS, Score
+from skillcrew.intervals import Interval
+
+STEPS_COLUMNS = {0.5: "steps_to_half", 0.9: "steps_to_nine_tenths"}
+"""Of a table for programs, by `Score.thresholds`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,14 +26,15 @@ class Entry:
     seeds: tuple[int, ...]
     steps: int
     """Environment steps per seed that it was given; methods of one environment may differ."""
-    success: Float[np.ndarray, " seeds"]
-    """Of the last champion, on fresh episodes: what it reached with all of its own steps."""
+    final: Float[np.ndarray, " seeds"]
+    """Score of the last champion, on fresh episodes: what it reached with all of its own steps."""
     area: Float[np.ndarray, " seeds"]
     """Mean of the learning curve from 0 to the smallest `steps` of all methods in the environment: beyond it
     whoever was given more would be paid for a longer plateau."""
-    steps_to_half: Float[np.ndarray, " seeds"]
-    """Environment steps to a success of 0.5; NaN where it was never reached."""
-    steps_to_nine_tenths: Float[np.ndarray, " seeds"]
+    steps_to: Mapping[float, Float[np.ndarray, " seeds"]]
+    """For each threshold of the score the environment steps to it; NaN where it was never reached."""
+    score: Score = SUCCESS
+    """What is compared, the same in all entries of a table."""
 
 
 def write_tables(folder: Path, entries: Sequence[Entry]) -> list[Path]:
@@ -48,23 +52,23 @@ def write_tables(folder: Path, entries: Sequence[Entry]) -> list[Path]:
 
 def markdown_table(entries: Sequence[Entry]) -> str:
     """The comparison in Markdown: one table of all, who is ahead where, and the methods over all tasks."""
-    reference = entries[0].method
-    lines = [
-        "| environment | method | final success | interquartile mean | area under curve | steps to 0.5 "
-        f"| steps to 0.9 | better than {reference} |",
-        "|---|---|---|---|---|---|---|---|",
+    reference, score = entries[0].method, entries[0].score
+    heading = [
+        *("environment", "method", f"final {score.word}", "interquartile mean", "area under curve"),
+        *(f"steps to {threshold:g}" for threshold in score.thresholds),
+        f"better than {reference}",
     ]
+    lines = ["| " + " | ".join(heading) + " |", "|" + len(heading) * "---|"]
     for entry in entries:
         against = _find(entries, entry.environment, reference)
-        better = "" if entry is against else _range(_improvement([entry], [against]))
+        better = "" if entry is against else SUCCESS.range(_improvement([entry], [against]))
         cells = [
             entry.environment,
             entry.method,
-            _range(seed_interval(entry.success)),
-            _range(interquartile_interval(entry.success[None])),
-            _range(seed_interval(entry.area)),
-            _steps(entry.steps_to_half),
-            _steps(entry.steps_to_nine_tenths),
+            score.range(score.over_seeds(entry.final)),
+            score.range(interquartile_interval(entry.final[None])),
+            score.range(score.over_seeds(entry.area)),
+            *(_steps(entry.steps_to[threshold]) for threshold in score.thresholds),
             better,
         ]
         lines.append("| " + " | ".join(cells) + " |")
@@ -73,18 +77,20 @@ def markdown_table(entries: Sequence[Entry]) -> str:
 
 
 def _footnotes(entries: Sequence[Entry]) -> list[str]:
-    budgets = _budgets(entries)
+    budgets, score = _budgets(entries), entries[0].score
     given = ", ".join(_given(environment, steps) for environment, steps in budgets.items())
-    return [
+    said = (
         f"Seeds {', '.join(map(str, entries[0].seeds))}; environment steps per seed: {given}. Brackets are "
         "95 % intervals over seeds: Student's t for means, the stratified bootstrap for interquartile means "
-        "and for the probability that a seed of the method ends with more success than one of the method it "
-        f"is compared with. The area is the mean height of the learning curve{_horizons(budgets)}. "
-        "Steps are means over the seeds that got there, and how many did.",
-    ]
+        f"and for the probability that a seed of the method ends with more {score.word} than one of the "
+        "method it is compared with. The area is the mean height of the learning curve"
+        f"{_horizons(budgets, score)}."
+    )
+    counted = " Steps are means over the seeds that got there, and how many did." if score.thresholds else ""
+    return [said + counted]
 
 
-def _horizons(budgets: Mapping[str, Mapping[str, int]]) -> str:
+def _horizons(budgets: Mapping[str, Mapping[str, int]], score: Score) -> str:
     """How far areas reach, where a method was given fewer steps than another."""
     common = ", ".join(
         f"{min(steps.values()) / 1e6:g} M in {environment}"
@@ -94,7 +100,7 @@ def _horizons(budgets: Mapping[str, Mapping[str, int]]) -> str:
     if not common:
         return ""
     return (
-        f" up to the smallest budget where budgets differ ({common}); final success is at the end of a "
+        f" up to the smallest budget where budgets differ ({common}); final {score.word} is at the end of a "
         "method's own budget"
     )
 
@@ -129,42 +135,40 @@ def _ahead(entries: Sequence[Entry], reference: str) -> list[str]:
     for entry in entries:
         against = _find(entries, entry.environment, reference)
         if entry is not against:
-            ours, theirs = seed_interval(against.area), seed_interval(entry.area)
+            score = entry.score
+            ours, theirs = score.over_seeds(against.area), score.over_seeds(entry.area)
             apart = "yes" if ours.low > theirs.high or theirs.low > ours.high else "no"
-            difference = f"{ours.mean - theirs.mean:+.3f}"
+            ahead = ours.mean - theirs.mean
+            difference = f"{'-' if ahead < 0 else '+'}{score.number(abs(ahead))}"
             lines.append(f"| {entry.environment} | {entry.method} | {difference} | {apart} |")
     return lines
 
 
 def _over_all(entries: Sequence[Entry], reference: str) -> list[str]:
-    """The methods over all environments together."""
-    lines = [
-        f"| all environments | interquartile mean of final success | better than {reference} |",
-        "|---|---|---|",
-    ]
+    """The methods over all environments together; returns of several have no mean in common."""
+    score = entries[0].score
+    middle = [f"interquartile mean of final {score.word}"] if score.bounded else []
+    heading = ["all environments", *middle, f"better than {reference}"]
+    lines = ["| " + " | ".join(heading) + " |", "|" + len(heading) * "---|"]
     of_reference = [entry for entry in entries if entry.method == reference]
     for method in dict.fromkeys(entry.method for entry in entries):
         mine = [entry for entry in entries if entry.method == method]
-        better = "" if method == reference else _range(_improvement(mine, of_reference))
-        middle = interquartile_interval(np.stack([entry.success for entry in mine]))
-        lines.append(f"| {method} | {_range(middle)} | {better} |")
+        cells = [method]
+        if score.bounded:
+            cells.append(score.range(interquartile_interval(np.stack([entry.final for entry in mine]))))
+        cells.append("" if method == reference else SUCCESS.range(_improvement(mine, of_reference)))
+        lines.append("| " + " | ".join(cells) + " |")
     return lines
 
 
 def _improvement(entries: Sequence[Entry], others: Sequence[Entry]) -> Interval:
     return probability_of_improvement(
-        np.stack([entry.success for entry in entries]), np.stack([entry.success for entry in others])
+        np.stack([entry.final for entry in entries]), np.stack([entry.final for entry in others])
     )
 
 
 def _find(entries: Sequence[Entry], environment: str, method: str) -> Entry:
     return next(entry for entry in entries if (entry.environment, entry.method) == (environment, method))
-
-
-def _range(interval: Interval) -> str:
-    if math.isnan(interval.low):
-        return f"{interval.mean:.3f}"
-    return f"{interval.mean:.3f} [{interval.low:.3f}, {interval.high:.3f}]"
 
 
 def _steps(steps: Float[np.ndarray, " seeds"]) -> str:
@@ -176,11 +180,13 @@ def _steps(steps: Float[np.ndarray, " seeds"]) -> str:
 
 
 def _write_csv(path: Path, entries: Sequence[Entry]) -> None:
-    columns = ("success", "area", "steps_to_half", "steps_to_nine_tenths")
+    score = entries[0].score
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(("environment", "method", "seed", "steps", *columns))
+        steps_columns = [STEPS_COLUMNS[threshold] for threshold in score.thresholds]
+        writer.writerow(("environment", "method", "seed", "steps", score.word, "area", *steps_columns))
         for entry in entries:
+            measured = [entry.final, entry.area, *(entry.steps_to[one] for one in score.thresholds)]
             for index, seed in enumerate(entry.seeds):
-                values = [float(getattr(entry, column)[index]) for column in columns]
+                values = [float(of_seeds[index]) for of_seeds in measured]
                 writer.writerow((entry.environment, entry.method, seed, entry.steps, *values))

@@ -29,7 +29,7 @@ class EvaluateOptions:
 
 
 def run(words: list[str]) -> int:
-    """Prints each seed's success rate and the mean over seeds, with 95 % intervals."""
+    """Prints each seed's score and the mean over seeds, with 95 % intervals."""
     places = take_places(words, ("RUN",), USAGE)
     if places is None:
         parse_options(EvaluateOptions, ["--help"], EvaluateOptions(), "skillcrew evaluate RUN", USAGE)

@@ -1,11 +1,10 @@
 """What several commands print, and how they take their places on the command line."""
 
-import math
 from collections.abc import Sequence
 
 from skillcrew.errors import UserError
-from skillcrew.experiment.run import Evaluation
-from skillcrew.intervals import Interval
+from skillcrew.experiment.evaluation import Evaluation
+from skillcrew.experiment.score import RETURN
 
 
 def take_places(words: Sequence[str], places: tuple[str, ...], usage: str) -> list[str] | None:
@@ -25,17 +24,14 @@ def take_places(words: Sequence[str], places: tuple[str, ...], usage: str) -> li
 
 
 def describe_evaluation(evaluation: Evaluation) -> str:
-    """Each seed's success rate and the mean, as lines."""
+    """Each seed's score and the mean, as lines; and the return, where success does not say the same."""
+    score = evaluation.score
     lines = [
-        f"seed {seed:<6} {interval.mean:.3f} {_range(interval)}"
+        f"seed {seed:<6} {score.range(interval)}"
         for seed, interval in zip(evaluation.seeds, evaluation.per_seed, strict=True)
     ]
-    total = evaluation.success_rate
-    lines.append(
-        f"success     {total.mean:.3f} {_range(total)} on {evaluation.episodes} fresh episodes per seed"
-    )
+    on = f"on {evaluation.episodes} fresh episodes per seed"
+    lines.append(f"{score.word:<11} {score.range(evaluation.overall)} {on}")
+    if evaluation.completed is not None and (evaluation.returns != evaluation.completed).any():
+        lines.append(f"{RETURN.word:<11} {RETURN.range(evaluation.team_return)} {on}")
     return "\n".join(lines)
-
-
-def _range(interval: Interval) -> str:
-    return "" if math.isnan(interval.low) else f"[{interval.low:.3f}, {interval.high:.3f}]"

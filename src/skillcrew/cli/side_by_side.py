@@ -40,7 +40,7 @@ def run_side_by_side(
     if jobs is not None and jobs < 1:
         raise UserError(f"--jobs {jobs}: give at least 1")
     folder = ComparisonFolder(out)
-    folder.open(comparison.purpose)
+    folder.open(comparison.purpose, comparison.score)
     missing = [one for one in comparison.runs if not folder.is_done(one)]
     if missing:
         at_once = _jobs_at_once(jobs, missing)

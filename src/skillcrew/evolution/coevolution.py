@@ -112,7 +112,8 @@ class CooperativeCoevolution:
         key_draw, key_teams = jax.random.split(key)
         size = population // self.config.teams
         genomes = self._draw(key_draw, size).reshape(size, self._n_agents, -1)
-        subpopulations = jax.vmap(GeneticState.create, in_axes=1)(genomes)
+        restart = self._breeder.config.restart
+        subpopulations = jax.vmap(lambda own: GeneticState.create(own, restart), in_axes=1)(genomes)
         kept = self.config.hall_of_fame.size
         hall = HallOfFame.create(kept, self._n_agents, genomes.shape[-1]) if kept else None
         return CoevolutionState(subpopulations, self._team_up(key_teams, size, hall), hall)

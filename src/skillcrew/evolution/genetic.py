@@ -25,8 +25,8 @@ class EvolutionConfig:
     elites: int = 4
     """Fittest individuals that survive unchanged (e). A tenth of the population did best."""
     selection: Literal["tournament", "proportional"] = "tournament"
-    """How the selected set S is drawn: by tournaments (Algorithm 1), or with probability
-    proportional to fitness (thesis, section 3.2.2)."""
+    """How the selected set S is drawn: by tournaments (Algorithm 1), or with probability proportional to
+    fitness (thesis, section 3.2.2), counted from the worst where that is below 0."""
     tournament_size: int = 3
     """Entrants of a tournament, drawn with replacement (ERL)."""
     crossover_share: float = 0.5
@@ -112,8 +112,16 @@ class GeneticState(eqx.Module):
     progress: Progress
 
     @classmethod
-    def create(cls, genomes: Float[Array, "population genes"]) -> "GeneticState":
-        return cls(genomes, Lineage.create(genomes.shape[0]), Level.create(), Progress.create(genomes[0]))
+    def create(
+        cls, genomes: Float[Array, "population genes"], restart: RestartConfig | None = None
+    ) -> "GeneticState":
+        """Of a search that begins.
+
+        Args:
+            restart: when it will begin anew; by default never.
+        """
+        progress = Progress.create(genomes[0], restart or RestartConfig())
+        return cls(genomes, Lineage.create(genomes.shape[0]), Level.create(), progress)
 
 
 class GeneticAlgorithm:
@@ -131,7 +139,7 @@ class GeneticAlgorithm:
         self._variation = variation or WeightVariation(config.mutation)
 
     def init(self, key: Key[Array, ""], population: int) -> GeneticState:
-        return GeneticState.create(self._draw(key, population))
+        return GeneticState.create(self._draw(key, population), self.config.restart)
 
     def genomes(self, state: GeneticState) -> Float[Array, "population genes"]:
         return state.genomes
@@ -155,8 +163,9 @@ class GeneticAlgorithm:
         return jax.tree.map(lambda new, old: jnp.where(stalled, new, old), anew, state)
 
     def _begin_anew(self, key: Key[Array, ""], state: GeneticState) -> GeneticState:
-        anew = GeneticState.create(self._draw(key, state.genomes.shape[0]))
-        return dataclasses.replace(anew, progress=state.progress.begin_anew(state.genomes[0]))
+        restart = self.config.restart
+        anew = GeneticState.create(self._draw(key, state.genomes.shape[0]), restart)
+        return dataclasses.replace(anew, progress=state.progress.begin_anew(state.genomes[0], restart))
 
     def _admit(
         self,
@@ -248,7 +257,7 @@ def next_generation(
         jnp.concatenate([state.genomes[survivors], genomes]),
         lineage.pick(survivors).concatenate(inherited),
         level,
-        state.progress.observe(sure[elites[0]], config.restart),
+        state.progress.observe(sure[elites[0]], jnp.ptp(fitness), config.restart),
     )
 
 

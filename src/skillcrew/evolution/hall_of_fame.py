@@ -22,7 +22,7 @@ class HallOfFameConfig:
     in the first team of each individual, in which only the living play."""
     sampling: Literal["uniform", "proportional"] = "uniform"
     """Which team of the hall a place is filled from: any, or one with probability proportional to its
-    fitness."""
+    fitness, counted from the worst of the hall where that is below 0."""
 
     def __post_init__(self) -> None:
         if self.size < 0:
@@ -69,8 +69,9 @@ class HallOfFame(eqx.Module):
         """Teams to fill places from, drawn with replacement; means nothing while no place is taken."""
         weight = jnp.ones_like(self.fitness)
         if config.sampling == "proportional":
-            # Where all are at 0, all are equally likely.
-            weight = jnp.where(self.taken, self.fitness, 0.0) + jnp.finfo(jnp.float32).tiny
+            known = jnp.where(self.taken, self.fitness, 0.0)
+            # Where all are at 0, or all are equal below it, all are equally likely.
+            weight = known - jnp.minimum(known.min(), 0.0) + jnp.finfo(jnp.float32).tiny
         chance = jnp.where(self.taken, weight, 0.0)
         chance = jnp.where(self.taken.any(), chance, 1.0)
         return jax.random.choice(key, config.size, shape, p=chance / chance.sum()).astype(jnp.int32)

@@ -25,7 +25,8 @@ def proportional(
     """Draws with replacement, with probability proportional to fitness (thesis, section 3.2.2).
 
     Args:
-        fitness: not negative; where all are 0, all are equally likely.
+        fitness: counts from 0 or, where the worst is below 0, from the worst, which is then not drawn; where
+            all are equal there, all are equally likely.
     """
-    weights = fitness + jnp.finfo(fitness.dtype).tiny
+    weights = fitness - jnp.minimum(fitness.min(), 0.0) + jnp.finfo(fitness.dtype).tiny
     return jax.random.choice(key, fitness.shape[0], (winners,), p=weights / weights.sum()).astype(jnp.int32)

@@ -31,10 +31,12 @@ class StrategyConfig:
     patience: int = 40
     """Generations without improvement of that average after which the search begins anew from random
     teams; 0 for never. The best that was given up stays the champion until the new search surpasses it."""
-    restart_below: float = 0.4
-    """Average fitness from which on the search never begins anew, however slowly it improves."""
+    restart_below: float | None = None
+    """Average fitness from which on it never does, however slowly it improves. Default: 0.4 where the
+    environment says what success is; elsewhere it does only while it never improved (`RestartConfig`)."""
     tolerance: float = 0.01
-    """What counts as improvement."""
+    """What counts as improvement: a difference in fitness or, where no `restart_below` is known, a share of
+    the difference between the best and the worst of a generation."""
 
     def __post_init__(self) -> None:
         for field in ("deviation", "learning_rate"):
@@ -90,7 +92,7 @@ class EvolutionStrategy:
             optimiser=self._optimiser.init(mean),
             noise=jax.random.normal(key_noise, (population // 2, mean.shape[0])),
             evaluations=jnp.zeros(()),
-            progress=Progress.create(mean),
+            progress=Progress.create(mean, self.config.restart),
         )
 
     def genomes(self, state: StrategyState) -> Float[Array, "population genes"]:
@@ -115,7 +117,7 @@ class EvolutionStrategy:
         first, mirrored = jnp.split(centred_ranks(fitness), 2)
         gradient = (first - mirrored) @ state.noise / (fitness.shape[0] * self.config.deviation)
         step, optimiser = self._optimiser.update(-gradient, state.optimiser)
-        state = self._observe(state, fitness.mean())
+        state = self._observe(state, fitness)
         stepped = dataclasses.replace(
             state,
             mean=optax.apply_updates(state.mean, step),
@@ -126,14 +128,16 @@ class EvolutionStrategy:
         anew = self._begin_anew(key_anew, stepped)
         return jax.tree.map(lambda new, old: jnp.where(stalled, new, old), anew, stepped)
 
-    def _observe(self, state: StrategyState, fitness: Float[Array, ""]) -> StrategyState:
+    def _observe(self, state: StrategyState, fitness: Float[Array, " population"]) -> StrategyState:
         """Takes in one generation's mean fitness."""
         known = jnp.minimum(state.evaluations, self.config.fitness_memory - 1)
-        average = (state.progress.fitness * known + fitness) / (known + 1)
+        # What nothing is known of may be minus infinity, and that times 0 is no number.
+        before = jnp.where(known > 0, state.progress.fitness, 0.0)
+        average = (before * known + fitness.mean()) / (known + 1)
         return dataclasses.replace(
             state,
             evaluations=known + 1,
-            progress=state.progress.observe(average, self.config.restart),
+            progress=state.progress.observe(average, jnp.ptp(fitness), self.config.restart),
         )
 
     def _begin_anew(self, key: Key[Array, ""], state: StrategyState) -> StrategyState:
@@ -144,7 +148,7 @@ class EvolutionStrategy:
             optimiser=self._optimiser.init(mean),
             noise=state.noise,
             evaluations=jnp.zeros(()),
-            progress=state.progress.begin_anew(state.mean),
+            progress=state.progress.begin_anew(state.mean, self.config.restart),
         )
 
     def standing(

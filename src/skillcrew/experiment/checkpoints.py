@@ -43,8 +43,11 @@ class Checkpoints:
             return []
         return sorted(int(path.name) for path in self.folder.iterdir() if path.name.isdecimal())
 
-    def save(self, generation: int, state: PyTree, success_rate: float, save_buffer: bool = True) -> None:
+    def save(self, generation: int, state: PyTree, score: float, save_buffer: bool = True) -> None:
         """Writes a checkpoint; an interruption at any instant leaves the earlier ones untouched.
+
+        Args:
+            score: by which the best one is kept.
 
         Raises:
             UserError: the disk is full or cannot be written.
@@ -56,7 +59,7 @@ class Checkpoints:
             manager.save(
                 generation,
                 args=ocp.args.Composite(state=ocp.args.StandardSave(arrays), about=ocp.args.JsonSave(about)),
-                metrics={"success_rate": success_rate},
+                metrics={"score": score},
                 force=True,
             )
             manager.wait_until_finished()
@@ -118,11 +121,11 @@ class Checkpoints:
         logging.getLogger("absl").setLevel(logging.ERROR)
         keep = [
             policies.LatestN(self._keep),
-            policies.BestN(get_metric_fn=_success_rate, n=1),
+            policies.BestN(get_metric_fn=_score, n=1),
         ]
         options = ocp.CheckpointManagerOptions(
             # Orbax stores metrics only where it is told how to read them.
-            best_fn=_success_rate,
+            best_fn=_score,
             preservation_policy=policies.AnyPreservationPolicy(keep),
             enable_async_checkpointing=False,
             cleanup_tmp_directories=True,
@@ -168,8 +171,9 @@ def _silence_unfinished_reads() -> None:
     sys.unraisablehook = lambda about: None if is_echo(about.exc_value) else shows_unraisable(about)
 
 
-def _success_rate(metrics: dict[str, float]) -> float:
-    return metrics["success_rate"]
+def _score(metrics: dict[str, float]) -> float:
+    # Every score was called a success rate once.
+    return metrics["score"] if "score" in metrics else metrics["success_rate"]
 
 
 def _check_version(about: Any, place: Path) -> None:

@@ -13,6 +13,7 @@ from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig, to_yaml
 from skillcrew.experiment.files import disk_errors, write_whole
 from skillcrew.experiment.folder import RunFolder
+from skillcrew.experiment.score import SUCCESS, Score, score_of
 
 FORMAT = 1
 """Version of the folder's layout; another one is refused."""
@@ -20,7 +21,7 @@ FORMAT = 1
 EXPLANATION = """\
 {purpose}
 
-table.md, table.csv     every method in every environment: steps to 0.5 and 0.9, final success, area, ...
+table.md, table.csv     every method in every environment: {measures}, area, ...
 figures/                learning curves with 95 % intervals, and who chose which skill when
 configurations/         every option of every run; `skillcrew train --config` takes each
 environment.txt         versions, machine and command
@@ -62,6 +63,21 @@ class Comparison:
     runs: Sequence[PlannedRun]
     figures: Sequence["ComparedFigure"]
 
+    @property
+    def score(self) -> Score:
+        """What methods are compared by.
+
+        Raises:
+            UserError: environments that score teams otherwise; no table could say who is ahead.
+        """
+        first, *others = dict.fromkeys(score_of(one.algorithm.env) for one in self.runs)
+        if others:
+            raise UserError(
+                "runs: some environments say what success is (Environment.success) and others do not; "
+                "compare them apart"
+            )
+        return first
+
     def horizon(self, environment: str) -> int:
         """Environment steps per seed that all methods of an environment were given: the smallest budget."""
         return min(one.config.steps for one in self.runs if one.environment == environment)
@@ -94,11 +110,12 @@ class ComparisonFolder:
         """What one run says."""
         return self.path / "logs" / f"{planned.name}.log"
 
-    def open(self, purpose: str) -> None:
+    def open(self, purpose: str, score: Score = SUCCESS) -> None:
         """Makes the folder, or checks that it is one of ours.
 
         Args:
             purpose: a sentence on what it is for.
+            score: what its tables compare methods by.
 
         Raises:
             UserError: the folder holds something else, is of another version, or cannot be written.
@@ -117,7 +134,9 @@ class ComparisonFolder:
                 folder.mkdir(exist_ok=True)
         explanation = self.path / "README.txt"
         if not explanation.exists():
-            text = EXPLANATION.format(purpose=purpose)
+            reached = " and ".join(f"{threshold:g}" for threshold in score.thresholds)
+            measures = f"steps to {reached}, final {score.word}" if reached else f"final {score.word}"
+            text = EXPLANATION.format(purpose=purpose, measures=measures)
             write_whole(explanation, lambda path: path.write_text(text))
 
     def is_done(self, planned: PlannedRun) -> bool:

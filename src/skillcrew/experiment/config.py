@@ -7,7 +7,7 @@ from typing import Any
 import pydantic
 import yaml
 
-from skillcrew.algorithms.algorithm import Algorithm, scaled_as
+from skillcrew.algorithms.algorithm import Algorithm, filled_in
 from skillcrew.algorithms.registry import algorithm_class, make_algorithm
 from skillcrew.envs import registry
 from skillcrew.envs.environment import Environment
@@ -65,7 +65,7 @@ def to_yaml(algorithm: Algorithm, run: RunConfig) -> str:
 
 def _looked_at(config: Any, env: Environment) -> dict[str, Any]:
     """All fields but the sections that are neither looked at nor set, such as those of other evolvers."""
-    fields, default = dataclasses.asdict(config), scaled_as(env.input_scaling, type(config)())
+    fields, default = dataclasses.asdict(config), filled_in(env, type(config)())
     unused = config.unused(env) if hasattr(config, "unused") else set()
     kept = {name for name in fields if name not in unused or getattr(config, name) != getattr(default, name)}
     return {name: value for name, value in fields.items() if name in kept}

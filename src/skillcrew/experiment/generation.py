@@ -10,6 +10,7 @@ from jaxtyping import Array, Int, Key, PyTree
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.experiment.config import RunConfig
+from skillcrew.experiment.score import measured
 from skillcrew.policies.team import Team
 from skillcrew.rollout import Lineup, Start, Trajectories, rollout
 
@@ -47,8 +48,8 @@ def one_generation(
     team = jax.tree.map(lambda new, old: jnp.where(within_budget, new, old), champion, run.team)
     generation = run.generation + 1
     key = jax.random.fold_in(run.score_key, generation)
-    score = play(algorithm, champion, key, config.score_episodes).team_return().mean()
-    metrics = {"generation": generation, **metrics, "success_rate": score}
+    scores = measured(algorithm.env, play(algorithm, champion, key, config.score_episodes))
+    metrics = {"generation": generation, **metrics, **scores}
     return RunState(state, team, run.score_key, generation, metrics["environment_steps"]), metrics
 
 

@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 
 from skillcrew.errors import UserError
 from skillcrew.experiment.files import write_whole
+from skillcrew.experiment.score import RETURN, SUCCESS
 
 Columns = dict[str, np.ndarray]
 
@@ -41,7 +42,9 @@ class MetricsLog:
 
     def columns(self) -> Columns:
         """All rows, ordered by seed as the run lists them and then by generation."""
-        joined = {name: np.concatenate([part[name] for part in self._parts]) for name in self._parts[0]}
+        # An earlier session may have measured more or less.
+        shared = [name for name in self._parts[-1] if all(name in part for part in self._parts)]
+        joined = {name: np.concatenate([part[name] for part in self._parts]) for name in shared}
         rank = {seed: index for index, seed in enumerate(self._seeds)}
         of_row = np.asarray([rank[int(seed)] for seed in joined["seed"]])
         order = np.lexsort((joined["generation"], of_row))
@@ -56,6 +59,8 @@ class MetricsLog:
 def read_metrics(path: Path) -> Columns:
     """The columns of a metrics file, as arrays.
 
+    Where a file has no column for the mean return, it is older than that, and called it the success rate.
+
     Raises:
         UserError: missing or damaged.
     """
@@ -67,6 +72,8 @@ def read_metrics(path: Path) -> Columns:
             f"{path}: missing or damaged metrics; move it away, then `skillcrew resume` goes on "
             "without the earlier rows"
         ) from error
-    if not {"seed", "generation", "environment_steps", "success_rate"} <= set(columns):
+    if not {"seed", "generation", "environment_steps"} <= set(columns) or not (
+        {SUCCESS.key, RETURN.key} & set(columns)
+    ):
         raise UserError(f"{path}: not metrics of skillcrew")
-    return columns
+    return columns if RETURN.key in columns else {**columns, RETURN.key: columns[SUCCESS.key]}

@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 from rich.table import Table
 
-from skillcrew.intervals import seed_interval
+from skillcrew.experiment.score import score_among
 
 LINE_SECONDS = 10.0
 """Least time between two lines where the output is no terminal."""
@@ -56,7 +56,8 @@ class Summary:
         steps = np.asarray(metrics["environment_steps"])[:, -1]
         self.generation = int(np.asarray(metrics["generation"]).max())
         self.steps = int(min(steps.min(), budget))
-        self.success_by_seed = np.asarray(metrics["success_rate"]).mean(1)
+        self.score = score_among(metrics)
+        self.score_by_seed = np.asarray(metrics[self.score.key]).mean(1)
         self.best = float(np.asarray(metrics["fitness_best"])[:, -1].mean())
         self.mean = float(np.asarray(metrics["fitness_mean"])[:, -1].mean())
         self.returns = {
@@ -73,11 +74,13 @@ class Summary:
         left = max(0.0, budget - float(steps.min()))
         self.seconds_left = left * len(steps) / steps_per_second if steps_per_second else float("inf")
 
-    def success(self) -> str:
-        """The champion's success rate, mean over seeds with its 95 % interval."""
-        interval = seed_interval(self.success_by_seed)
-        spread = "" if np.isnan(interval.low) else f" [{interval.low:.2f}, {interval.high:.2f}]"
-        return f"{interval.mean:.2f}{spread}"
+    def champion(self) -> str:
+        """The champion's score, mean over seeds with its 95 % interval."""
+        return self.score.range(self.score.over_seeds(self.score_by_seed), decimals=2)
+
+    def number(self, value: float) -> str:
+        """A score or a fitness, which is on the same scale."""
+        return self.score.number(value, decimals=2)
 
 
 class LineReporter:
@@ -101,8 +104,9 @@ class LineReporter:
         returns = " ".join(f"{name}={value:.2f}" for name, value in summary.returns.items())
         skills = f"returns {returns}, " if returns else ""
         self._print(
-            f"{human(summary.steps)} of {human(self._budget)} steps, success {summary.success()}, "
-            f"fitness best {summary.best:.2f} mean {summary.mean:.2f}, {skills}"
+            f"{human(summary.steps)} of {human(self._budget)} steps, "
+            f"{summary.score.word} {summary.champion()}, "
+            f"fitness best {summary.number(summary.best)} mean {summary.number(summary.mean)}, {skills}"
             f"{human(steps_per_second)} steps/s, {clock(summary.seconds_left)} left"
         )
 
@@ -142,13 +146,13 @@ class LiveReporter:
 
     def _table(self, summary: Summary) -> Table:
         table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
-        rates = zip(self._seeds, summary.success_by_seed, strict=True)
-        by_seed = "  ".join(f"{seed}: {rate:.2f}" for seed, rate in rates)
+        scores = zip(self._seeds, summary.score_by_seed, strict=True)
+        by_seed = "  ".join(f"{seed}: {summary.number(score)}" for seed, score in scores)
         table.add_row("generation", str(summary.generation))
-        table.add_row("champion's success rate", summary.success())
+        table.add_row(f"champion's {summary.score.label}", summary.champion())
         if len(self._seeds) > 1:
             table.add_row("by seed", by_seed)
-        table.add_row("fitness", f"best {summary.best:.2f}, mean {summary.mean:.2f}")
+        table.add_row("fitness", f"best {summary.number(summary.best)}, mean {summary.number(summary.mean)}")
         for skill, value in summary.returns.items():
             stopped = summary.stopped.get(skill, 0)
             note = f"  (training stopped in {stopped} of {len(self._seeds)} seeds)" if stopped else ""

@@ -8,61 +8,23 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError
 from skillcrew.experiment import generation, memory
 from skillcrew.experiment.config import RunConfig, from_yaml, to_yaml
+from skillcrew.experiment.evaluation import Evaluation
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.metrics import Columns, read_metrics
 from skillcrew.experiment.progress import Reporter, SilentReporter
 from skillcrew.experiment.runner import Runner
-from skillcrew.intervals import Interval, proportion_interval, seed_interval
 from skillcrew.policies.team import Team
 from skillcrew.policies.team_by_type import TeamByType
 
 EVALUATION_KEY = 0x5EED
 """Root of the worlds that champions are evaluated in; no training key is derived from it."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Evaluation:
-    """Champions' scores on fresh episodes, one champion per seed.
-
-    "Success" is the mean team return, which is the success rate where the team reward is binary.
-    """
-
-    seeds: tuple[int, ...]
-    episodes: int
-    """Per seed."""
-    returns: Float[np.ndarray, "seeds episodes"]
-    """Team return of each episode."""
-    choices: Int[np.ndarray, "seeds episodes time agents"]
-    """Index of the chosen skill at each step, -1 after an episode's end."""
-
-    @property
-    def per_seed(self) -> list[Interval]:
-        """Each seed's success rate with its 95 % interval over episodes (Wilson's, for a binary reward)."""
-        return [proportion_interval(round(float(row.sum())), self.episodes) for row in self.returns]
-
-    @property
-    def success_rate(self) -> Interval:
-        """The mean over seeds with its 95 % interval over seeds (over episodes, if there is one seed)."""
-        if len(self.seeds) == 1:
-            return self.per_seed[0]
-        return seed_interval(self.returns.mean(1))
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain numbers, for JSON."""
-        per_seed = [
-            {"seed": seed, **dataclasses.asdict(interval)}
-            for seed, interval in zip(self.seeds, self.per_seed, strict=True)
-        ]
-        rate = {**dataclasses.asdict(self.success_rate), "per_seed": per_seed}
-        return {"success_rate": rate, "episodes": self.episodes}
 
 
 class Run:
@@ -127,12 +89,17 @@ class Run:
 
         def play(team: Team) -> Any:
             lived = generation.play(self.algorithm, team, jax.random.key(EVALUATION_KEY), episodes)
-            return lived.team_return(), jnp.where(lived.lived[..., None], lived.choice, -1)
+            choices = jnp.where(lived.lived[..., None], lived.choice, -1)
+            return lived.team_return(), choices, lived.completed()
 
         champions = self.champions()
-        returns, choices = generation.compiled(jax.vmap(play), champions)(champions)
+        returns, choices, completed = generation.compiled(jax.vmap(play), champions)(champions)
         return Evaluation(
-            self.config.seeds, episodes, np.asarray(returns, float), np.moveaxis(np.asarray(choices), 1, 2)
+            self.config.seeds,
+            episodes,
+            np.asarray(returns, float),
+            np.moveaxis(np.asarray(choices), 1, 2),
+            None if self.algorithm.env.success is None else np.asarray(completed),
         )
 
     def resume(self, steps: float | int | None = None, reporter: Reporter | None = None) -> "Run":

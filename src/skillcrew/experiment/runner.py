@@ -20,6 +20,7 @@ from skillcrew.experiment.generation import RunState
 from skillcrew.experiment.interrupts import watch_interrupts
 from skillcrew.experiment.metrics import MetricsLog, read_metrics
 from skillcrew.experiment.progress import Reporter
+from skillcrew.experiment.score import score_of
 from skillcrew.policies.team import Team
 
 
@@ -128,8 +129,8 @@ class Runner:
         # Metrics first: a resumed run drops rows after its checkpoint, but cannot make up missing ones.
         self._log.write(self.folder.metrics)
         reached = int(np.asarray(state.generation)[0])
-        rate = float(metrics["success_rate"].mean())
-        self._checkpoints.save(reached, state, rate, self.config.save_buffer)
+        score = float(metrics[score_of(self.algorithm.env).key].mean())
+        self._checkpoints.save(reached, state, score, self.config.save_buffer)
 
     def _done(self, state: RunState) -> bool:
         return bool((np.asarray(state.environment_steps) >= self.config.steps).all())

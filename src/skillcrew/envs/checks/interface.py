@@ -36,6 +36,22 @@ def check_attributes(subject: Subject) -> Iterator[Finding]:
         f"{env.n_agents} agent(s), {env.observation_size} numbers seen and {env.action_size} done by each, "
         f"{env.episode_length} steps; skills: {', '.join(skills) or 'none, which MADyS and MFL need'}",
     )
+    yield _success(env.success)
+
+
+def _success(success: Any) -> Finding:
+    if success == "terminated":
+        return Finding(
+            "fine", "success", "is the share of episodes that end terminated; teams are scored by it"
+        )
+    if success is None:
+        return Finding(
+            "fine",
+            "success",
+            'is not defined, so that teams are scored by their return; set success = "terminated" if to end '
+            "so is to have done the task",
+        )
+    return Finding("wrong", "success", f'is {success!r}; set it to "terminated", or to None')
 
 
 def check_shapes(subject: Subject) -> Iterator[Finding]:

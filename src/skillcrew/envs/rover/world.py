@@ -24,6 +24,7 @@ class RoverDomain(Environment):
     """
 
     name = "rover"
+    success = "terminated"
     input_scaling = "sqrt"
     config_class = RoverConfig
     presets = PRESETS
