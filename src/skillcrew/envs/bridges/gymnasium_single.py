@@ -7,14 +7,14 @@ import gymnasium
 import numpy as np
 
 from skillcrew.envs.bridges.gymnasium_spaces import action_space, observation_space
-from skillcrew.envs.bridges.session import RenderMode, Session
+from skillcrew.envs.bridges.session import Session
 from skillcrew.envs.environment import Environment
 
 
 class SingleAgentEnv(gymnasium.Env):
     """See `gymnasium_env`."""
 
-    def __init__(self, env: Environment, rewards: Sequence[str] | None, render_mode: RenderMode | None):
+    def __init__(self, env: Environment, rewards: Sequence[str] | None, render_mode: str | None):
         self._session = Session(env, rewards, render_mode)
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": 10}
         self.render_mode = render_mode

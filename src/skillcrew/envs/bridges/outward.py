@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from skillcrew.envs.bridges.interop import needed
-from skillcrew.envs.bridges.session import RenderMode
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError
 
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def pettingzoo_env(
-    env: Environment, rewards: Sequence[str] | None = None, render_mode: RenderMode | None = None
+    env: Environment, rewards: Sequence[str] | None = None, render_mode: str | None = None
 ) -> "TeamEnv":
     """An environment as a PettingZoo `ParallelEnv`, with agents called "agent_0", …, or "type_0", ….
 
@@ -33,7 +32,7 @@ def pettingzoo_env(
 
 
 def gymnasium_env(
-    env: Environment, rewards: Sequence[str] | None = None, render_mode: RenderMode | None = None
+    env: Environment, rewards: Sequence[str] | None = None, render_mode: str | None = None
 ) -> "SingleAgentEnv":
     """An environment with a single agent as a Gymnasium `Env`.
 

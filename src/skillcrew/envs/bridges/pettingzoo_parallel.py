@@ -8,7 +8,7 @@ import numpy as np
 import pettingzoo
 
 from skillcrew.envs.bridges.gymnasium_spaces import action_space, observation_space
-from skillcrew.envs.bridges.session import RenderMode, Session
+from skillcrew.envs.bridges.session import Session
 from skillcrew.envs.environment import Environment
 from skillcrew.envs.offers import OffersCentralState, require
 
@@ -19,7 +19,7 @@ Infos = dict[str, dict[str, Any]]
 class TeamEnv(pettingzoo.ParallelEnv):
     """See `pettingzoo_env`."""
 
-    def __init__(self, env: Environment, rewards: Sequence[str] | None, render_mode: RenderMode | None):
+    def __init__(self, env: Environment, rewards: Sequence[str] | None, render_mode: str | None):
         self._session = Session(env, rewards, render_mode)
         self.metadata = {"name": env.name, "render_modes": ["rgb_array"], "render_fps": 10}
         self.render_mode = render_mode
@@ -61,7 +61,7 @@ class TeamEnv(pettingzoo.ParallelEnv):
     def state(self) -> np.ndarray:
         """The environment's `central_state`, where it offers one; a `UserError` where not."""
         central = require(self._session.env, OffersCentralState, "state()")
-        return np.asarray(central.central_state(self._session.state()))
+        return np.asarray(central.central_state(self._session.state("state")))
 
     def _infos(self) -> Infos:
         return {agent: {} for agent in self.agents}

@@ -1,19 +1,17 @@
 """An environment as other libraries step it: one world that remembers where it is."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, UInt8
+from jaxtyping import Array, Key, UInt8
 
 from skillcrew.envs.agent_type import AgentType
 from skillcrew.envs.environment import Environment
 from skillcrew.envs.offers import OffersScene, require
 from skillcrew.errors import UserError, unknown_name
-
-RenderMode = Literal["rgb_array"]
 
 
 class Seat(NamedTuple):
@@ -48,7 +46,7 @@ class Session:
         UserError: an unknown name, or no scene to draw pictures of.
     """
 
-    def __init__(self, env: Environment, rewards: Sequence[str] | None, render_mode: RenderMode | None):
+    def __init__(self, env: Environment, rewards: Sequence[str] | None, render_mode: str | None):
         self.env = env
         types = env.types or (
             AgentType("agent", env.n_agents, env.observation_size, env.action_size, env.skills),
@@ -64,15 +62,14 @@ class Session:
             raise UserError(f"render_mode = {render_mode!r}: give 'rgb_array' or None")
         self._scenery = None if render_mode is None else require(env, OffersScene, "render_mode='rgb_array'")
         self._reset, self._step = jax.jit(env.reset), jax.jit(env.step)
-        self._key: Array | None = None
+        self._key = _key_of(None)
         self._state: Any = None
         self._time = 0
 
     def reset(self, seed: int | None) -> dict[str, np.ndarray]:
         """A new world; without a seed the one that follows, or any at first."""
-        if seed is not None or self._key is None:
-            drawn = np.random.SeedSequence(seed).generate_state(1)[0]
-            self._key = jax.random.key(jnp.uint32(drawn))
+        if seed is not None:
+            self._key = _key_of(seed)
         self._key, key = jax.random.split(self._key)
         self._state, observation = self._reset(key)
         self._time = 0
@@ -84,10 +81,9 @@ class Session:
         Raises:
             UserError: before `reset`, or an action that is missing or does not fit.
         """
-        if self._key is None:
-            raise UserError(f"{self.env.name}: call reset before step")
+        state = self.state("step")
         self._key, key = jax.random.split(self._key)
-        self._state, step = self._step(self._state, self._joined(actions), key)
+        self._state, step = self._step(state, self._joined(actions), key)
         self._time += 1
         terminated = bool(step.terminated)
         is_late = bool(step.truncated) or self._time >= self.env.episode_length
@@ -102,15 +98,20 @@ class Session:
         """
         if self._scenery is None:
             return None
-        if self._state is None:
-            raise UserError(f"{self.env.name}: call reset before render")
+        state = self.state("render")
         # Importing matplotlib takes half a second, which whoever draws nothing need not wait for.
         from skillcrew.envs.bridges.picture import picture
 
-        return picture(self._scenery.scene(self._state))
+        return picture(self._scenery.scene(state))
 
-    def state(self) -> Any:
-        """What `reset` and `step` of the environment pass on."""
+    def state(self, needed_by: str) -> Any:
+        """What `reset` and `step` of the environment pass on.
+
+        Raises:
+            UserError: before `reset`; the line names who needs it.
+        """
+        if self._state is None:
+            raise UserError(f"{self.env.name}: call reset before {needed_by}")
         return self._state
 
     def _columns(self, names: tuple[str, ...]) -> dict[str, list[int]]:
@@ -161,3 +162,8 @@ class Session:
         if given.shape != (kind.action_size,):
             raise UserError(f"action of {agent} has the shape {given.shape}; make it ({kind.action_size},)")
         return np.clip(given, -1.0, 1.0)
+
+
+def _key_of(seed: int | None) -> Key[Array, ""]:
+    """Of a seed of any size; without one, of chance."""
+    return jax.random.key(jnp.uint32(np.random.SeedSequence(seed).generate_state(1)[0]))
