@@ -88,10 +88,10 @@ def test_a_fork_and_a_story_from_elsewhere_are_replayed():
     assert told.resets == 4
 
 
-def test_no_more_worlds_are_kept_than_are_stepped_at_once(monkeypatch):
-    monkeypatch.setattr(host_pool, "FEWEST", 3)
+def test_no_more_worlds_are_kept_than_two_batches_take(monkeypatch):
+    monkeypatch.setattr(host_pool, "FEWEST", 4)
     batches = [Told([1, 2])]
-    batches += [Told(seeds, batches[0].pool) for seeds in ([3, 4, 5, 6, 7], [8])]
+    batches += [Told(seeds, batches[0].pool) for seeds in ([3, 4, 5], [6, 7, 8], [9])]
     for time in range(4):
         for batch in batches:
             moved = batch.step(actions_of(len(batch.seeds), time))
@@ -99,7 +99,7 @@ def test_no_more_worlds_are_kept_than_are_stepped_at_once(monkeypatch):
                 past = batch.past[world, : time + 1]
                 alone = live(ALIKE, int(seed), list(past), ends=False)[1][-1]
                 np.testing.assert_array_equal(moved[world].observation, alone.observation)
-    assert len(batches[0].made) == 5
+    assert len(batches[0].made) == 6
 
 
 def test_after_a_world_fails_the_others_are_replayed():

@@ -14,7 +14,10 @@ from jaxtyping import Bool, Float, Int32, Shaped, UInt32
 from skillcrew.envs.bridges.host_world import HostWorld, MakeWorld, Moved
 
 FEWEST = 64
-"""Worlds that are kept alive in any case; beyond, as many as were ever stepped in one call."""
+"""Worlds that may be kept alive in any case."""
+BATCHES = 2
+"""Batches of worlds that may be kept alive, of the largest size that came in one call: training and scoring,
+which JAX may step in turns."""
 
 Story = tuple[int, int, bytes]
 """Seed, steps since, and a digest of the actions."""
@@ -39,7 +42,7 @@ class Pool:
     def reset(self, seeds: UInt32[np.ndarray, "*worlds"]) -> Float[np.ndarray, "*worlds numbers"]:
         """What all agents of each world see at its start, in a row."""
         with self._lock:
-            self._limit = max(self._limit, seeds.size)
+            self._limit = max(self._limit, BATCHES * seeds.size)
             seen = []
             for seed in seeds.flat:
                 world = self._any_world()
@@ -65,26 +68,26 @@ class Pool:
             What happened in each world, in C order, None where it was over; and the digests of the longer
             stories.
         """
-        digests = digest.reshape(-1, 2)
-        stories = [
-            (int(one), int(steps), told.tobytes())
-            for one, steps, told in zip(seed.flat, time.flat, digests, strict=True)
-        ]
-        pasts, actions = past.reshape(len(stories), *past.shape[-2:]), action.reshape(len(stories), -1)
-        moved: list[Moved | None] = [None] * len(stories)
+        count = over.size
+        digests, pasts = digest.reshape(count, 2), past.reshape(count, *past.shape[-2:])
+        actions, seeds, times = action.reshape(count, -1), seed.reshape(-1), time.reshape(-1)
+        moved: list[Moved | None] = [None] * count
         longer = digests.copy()
-        going_on = np.flatnonzero(~over)
+        stories = {
+            int(index): (int(seeds[index]), int(times[index]), digests[index].tobytes())
+            for index in np.flatnonzero(~over)
+        }
         with self._lock:
-            self._limit = max(self._limit, len(stories))
+            self._limit = max(self._limit, BATCHES * count)
             # All that is alive is claimed before any world is taken to replay another.
-            alive = {index: self._claim(stories[index]) for index in going_on}
+            alive = {index: self._claim(story) for index, story in stories.items()}
             try:
-                for index, world in alive.items():
-                    story, action = stories[index], actions[index]
-                    told = hashlib.blake2b(story[2] + action.tobytes(), digest_size=8).digest()
+                for index, story in stories.items():
+                    action_now = actions[index]
+                    told = hashlib.blake2b(story[2] + action_now.tobytes(), digest_size=8).digest()
                     longer[index] = np.frombuffer(told, np.uint32)
-                    world = world or self._replayed(story, pasts[index])
-                    moved[index] = now = world.step(action)
+                    world = alive[index] or self._replayed(story, pasts[index])
+                    moved[index] = now = world.step(action_now)
                     if now.terminated or now.truncated:
                         self._spare.append(world)
                     else:
