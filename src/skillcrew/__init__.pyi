@@ -78,6 +78,8 @@ from .algorithms.open_loop import (
 from .algorithms.registry import make_algorithm as make_algorithm
 from .algorithms.team_search import RaceConfig as RaceConfig
 from .envs.agent_type import AgentType as AgentType
+from .envs.bridges.outward import gymnasium_env as gymnasium_env
+from .envs.bridges.outward import pettingzoo_env as pettingzoo_env
 from .envs.checks.check import check_environment as check_environment
 from .envs.checks.report import CheckReport as CheckReport
 from .envs.environment import (

@@ -2,8 +2,12 @@
 
 import decimal
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
+import yaml
+
+from skillcrew.envs.bridges.host_config import Argument
 from skillcrew.errors import UserError
 
 MOST_SEEDS = 1000
@@ -104,3 +108,52 @@ def parse_groups(text: str) -> tuple[tuple[str, ...], ...]:
 def format_groups(groups: Sequence[Sequence[str]]) -> str:
     """The inverse of `parse_groups`."""
     return ",".join("+".join(group) for group in groups) or "none"
+
+
+def parse_arguments(text: str) -> dict[str, Argument]:
+    """`N=3,continuous_actions=true`; `none` for none.
+
+    Raises:
+        UserError: not of that form.
+    """
+    values = {}
+    for name, value in _pairs(text, "arguments", "N=3,continuous_actions=true"):
+        try:
+            values[name] = yaml.safe_load(value)
+        except yaml.YAMLError:
+            values[name] = value
+        if not isinstance(values[name], Argument):
+            raise UserError(f"'{name}={value}' in arguments: give a number, a word, true, false or null")
+    return values
+
+
+def format_arguments(values: Mapping[str, Argument]) -> str:
+    """The inverse of `parse_arguments`."""
+    words = {True: "true", False: "false", None: "null"}
+    shown = {
+        name: words[value] if value is None or isinstance(value, bool) else value
+        for name, value in values.items()
+    }
+    return ",".join(f"{name}={value}" for name, value in shown.items()) or "none"
+
+
+def parse_skills(text: str) -> dict[str, str]:
+    """`near=mylab.skills:near,far=mylab.skills:far`; `none` for none.
+
+    Raises:
+        UserError: not of that form.
+    """
+    return dict(_pairs(text, "skills", "near=mylab.skills:near"))
+
+
+def format_skills(skills: Mapping[str, Any]) -> str:
+    """The inverse of `parse_skills`."""
+    return ",".join(f"{name}={path}" for name, path in skills.items()) or "none"
+
+
+def _pairs(text: str, field: str, example: str) -> Iterator[tuple[str, str]]:
+    for part in [] if text == "none" else text.split(","):
+        name, equals, value = part.strip().partition("=")
+        if not (name and equals and value):
+            raise UserError(f"'{part}' in {field}: write NAME=VALUE, such as {example}, or none")
+        yield name, value

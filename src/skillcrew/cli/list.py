@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from skillcrew.algorithms.registry import ALGORITHMS
-from skillcrew.envs.registry import Domain, domains
+from skillcrew.envs.registry import BRIDGES, Domain, domains
 from skillcrew.errors import UserError
 
 USAGE = (
@@ -29,12 +29,13 @@ def run(words: list[str]) -> int:
         print(json.dumps(_as_dict(offered, broken), indent=1))
         return 0
     environments = [line for domain in offered for line in _lines(domain)]
-    width = max(map(len, [*ALGORITHMS, *(name for name, _ in environments), *broken]))
+    bridges = {f"{prefix}:NAME": bridge.about for prefix, bridge in BRIDGES.items()}
+    width = max(map(len, [*ALGORITHMS, *(name for name, _ in environments), *bridges, *broken]))
     print("Algorithms")
     for name, listed in ALGORITHMS.items():
         print(f"  {name:<{width}} {listed.about}")
     print("\nEnvironments")
-    for name, about in environments:
+    for name, about in [*environments, *bridges.items()]:
         print(f"  {name:<{width}} {about}")
     for name, why in broken.items():
         print(f"  {name:<{width}} fails to load: {why}")

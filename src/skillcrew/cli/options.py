@@ -9,13 +9,18 @@ from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, Pri
 
 from skillcrew.cli.arguments import (
     Seeds,
+    format_arguments,
     format_groups,
     format_parents,
+    format_skills,
+    parse_arguments,
     parse_count,
     parse_groups,
     parse_parents,
     parse_seeds,
+    parse_skills,
 )
+from skillcrew.envs.bridges.host_config import Argument, SkillReward
 from skillcrew.errors import UserError, nearest_first
 
 Options = TypeVar("Options")
@@ -92,3 +97,10 @@ _rule(
 )
 # With None: a default that is not empty would otherwise be taken apart into an option for each group.
 _rule(lambda kind: kind == tuple[tuple[str, ...], ...] | None, "A+B,C+D|none", parse_groups, format_groups)
+_rule(lambda kind: kind == Mapping[str, Argument], "NAME=VALUE,…|none", parse_arguments, format_arguments)
+_rule(
+    lambda kind: kind == Mapping[str, SkillReward | str],
+    "NAME=MODULE:NAME,…|none",
+    parse_skills,
+    format_skills,
+)

@@ -29,7 +29,7 @@ def run_side_by_side(
     Args:
         jobs: runs at a time; None for as many as there are cores and memory for.
         words: the command line that goes on with it.
-        trust: whether the command line named the environment by its import path.
+        trust: whether the command line named code of its own, such as the environment by its import path.
 
     Returns:
         The exit code: 0, or 130 if interrupted after saving.

@@ -30,7 +30,7 @@ def import_object(place: str, here: bool = True) -> Any:
     module = (
         _from_file(Path(module_name), place)
         if module_name.endswith(".py")
-        else _module(module_name, place, here)
+        else import_module(module_name, place, here)
     )
     found: Any = module
     for part in name.split("."):
@@ -49,13 +49,22 @@ def import_object(place: str, here: bool = True) -> Any:
     return found
 
 
-def import_path(kind: type) -> str:
-    """What `import_object` finds a class by: its module, or the file that it was imported from by path."""
+def import_path(kind: Any) -> str:
+    """What `import_object` finds a class or function by: its module, or the file it came from by path."""
     module = sys.modules.get(kind.__module__)
     return f"{getattr(module, BY_PATH, kind.__module__)}:{kind.__qualname__}"
 
 
-def _module(name: str, place: str, here: bool) -> ModuleType:
+def import_module(name: str, place: str, here: bool) -> ModuleType:
+    """Imports a module.
+
+    Args:
+        place: what was asked for, for messages.
+        here: as for `import_object`.
+
+    Raises:
+        UserError: no such module, or importing it fails.
+    """
     folder = str(Path.cwd())
     if here and folder not in sys.path and "" not in sys.path:
         # As `python -m` does: a script installed in bin/ does not look where it is called.

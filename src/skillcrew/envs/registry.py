@@ -37,6 +37,45 @@ SHIPPED: Mapping[str, Callable[[], Domain]] = {"rover": _rover}
 
 
 @dataclasses.dataclass(frozen=True)
+class Bridge:
+    """Environments of another library, by a prefix and the name that they have there."""
+
+    place: str
+    """`module:Class` of ours that steps them."""
+    configure: Callable[[str], Any]
+    """The configuration, which says what it is `called()` and which `foreign_code()` it runs, for a name."""
+    about: str
+    """One line for lists."""
+
+
+def _pettingzoo(name: str) -> Any:
+    from skillcrew.envs.bridges.pettingzoo_config import PettingZooConfig
+
+    return PettingZooConfig(module=name)
+
+
+def _gymnasium(name: str) -> Any:
+    from skillcrew.envs.bridges.gymnasium_config import GymnasiumConfig
+
+    return GymnasiumConfig(id=name)
+
+
+BRIDGES: Mapping[str, Bridge] = {
+    "pettingzoo": Bridge(
+        "skillcrew.envs.bridges.pettingzoo_world:PettingZooEnvironment",
+        _pettingzoo,
+        "PettingZoo's parallel worlds, such as pettingzoo:mpe2.simple_spread_v3; stepped in Python: slow",
+    ),
+    "gymnasium": Bridge(
+        "skillcrew.envs.bridges.gymnasium_world:GymnasiumEnvironment",
+        _gymnasium,
+        "Gymnasium's worlds, teams of one, such as gymnasium:Pendulum-v1; stepped in Python: slow",
+    ),
+}
+"""Other libraries' environments are called `prefix:name`."""
+
+
+@dataclasses.dataclass(frozen=True)
 class Entry:
     """What a name stands for: a class of environments, and a configuration of it."""
 
@@ -66,6 +105,11 @@ class Entry:
         return (
             dataclasses.replace(self, config=dataclasses.replace(self.config, **fields)) if fields else self
         )
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether making it runs code that no installed package offers, which its user named."""
+        return self.by_path or foreign_code(self.config) is not None
 
     def make(self) -> Any:
         """The environment itself.
@@ -104,7 +148,7 @@ def domains() -> tuple[list[Domain], dict[str, str]]:
 
 
 def find(name: str) -> Entry:
-    """What a name stands for: a preset, a package's environment, or an import path.
+    """What a name stands for: a preset, a package's environment, another library's, or an import path.
 
     An import path is `package.module:Class` or `folder/file.py:Class`, and `…:Class/preset` for a preset of
     the class.
@@ -113,6 +157,9 @@ def find(name: str) -> Entry:
         UserError: unknown, with the valid names, nearest first; or what an import path names is not there,
             fails to be imported, or is no environment.
     """
+    prefix, colon, rest = name.partition(":")
+    if colon and prefix in BRIDGES:
+        return _bridged(BRIDGES[prefix], rest)
     for make in SHIPPED.values():
         if name in _names(domain := make()):
             return _entry(domain, name)
@@ -138,8 +185,8 @@ def make(name: str, **overrides: Any) -> Any:
     """Makes an environment by its name, with any field overridden.
 
     Args:
-        name: a preset, such as "rover-t2-c2", an environment of an installed package, or an import path,
-            such as "mylab.rescue:Rescue".
+        name: a preset, such as "rover-t2-c2", an environment of an installed package, an import path, such
+            as "mylab.rescue:Rescue", or another library's, such as "gymnasium:Pendulum-v1".
         overrides: fields of its configuration, such as `n_agents=4`.
 
     Raises:
@@ -161,7 +208,8 @@ def place_of(env: Any) -> str | None:
 def is_offered(place: str) -> bool:
     """Whether skillcrew or an installed package offers this class."""
     shipped = (make().place for make in SHIPPED.values())
-    return place in (*shipped, *(offered for _, offered in _entry_points()))
+    bridges = (bridge.place for bridge in BRIDGES.values())
+    return place in (*shipped, *bridges, *(offered for _, offered in _entry_points()))
 
 
 def environment_class(place: str) -> Any:
@@ -177,6 +225,16 @@ def environment_class(place: str) -> Any:
         return kind
     what = "a class" if isinstance(kind, type) else f"{type(kind).__name__}"
     raise UserError(f"{place}: {what}, and no subclass of skillcrew.Environment")
+
+
+def foreign_code(config: Any) -> str | None:
+    """The field of a configuration that makes code run which no installed package offers, if there is one."""
+    return config.foreign_code() if hasattr(config, "foreign_code") else None
+
+
+def _bridged(bridge: Bridge, name: str) -> Entry:
+    config = bridge.configure(name)
+    return Entry(config.called(), bridge.place, type(config), config)
 
 
 def _of_path(path: str) -> Entry:

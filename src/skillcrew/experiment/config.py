@@ -185,6 +185,8 @@ def _environment(section: Any, where: str, trust: bool) -> Environment:
     if entry.config_class is None:
         return entry.with_fields(fields).make()
     config = parse(entry.config_class, fields, where)
+    if not trust and (code := registry.foreign_code(config)):
+        raise _untrusted(f"{where}: {code}")
     return dataclasses.replace(entry, config=config).make()
 
 
@@ -196,11 +198,15 @@ def _trusted(name: str, place: str, trust: bool) -> registry.Entry:
             "skillcrew.Run(folder, env), or move its class to a module"
         )
     if not (trust or registry.is_offered(place)):
-        raise UserError(
-            f"class = {place}: code that neither skillcrew nor an installed package's entry point offers is "
-            "imported only if you trust this folder: give --trust, or skillcrew.Run(folder, trust=True)"
-        )
+        raise _untrusted(f"class = {place}")
     return dataclasses.replace(registry.find(place), name=name)
+
+
+def _untrusted(code: str) -> UserError:
+    return UserError(
+        f"{code}: code that neither skillcrew nor an installed package's entry point offers is "
+        "imported only if you trust this folder: give --trust, or skillcrew.Run(folder, trust=True)"
+    )
 
 
 def _named(section: Any, where: str) -> tuple[str, dict[str, Any]]:
