@@ -54,19 +54,19 @@ class ReplayBuffer:
         """Transitions held."""
         return jnp.where(state.is_full, self.capacity, state.current_index)
 
-    def add(self, state: Any, transitions: Transitions, lived: Bool[Array, " items"]) -> Any:
+    def add(self, state: Any, transitions: Transitions, mask: Bool[Array, " items"]) -> Any:
         """Adds the transitions that were lived, in order, and leaves out the padding.
 
         Args:
             transitions: with one leading axis of at most `capacity` items.
-            lived: False for padding.
+            mask: False for padding.
         """
         rows = self._pack(transitions)
         if rows.shape[0] > self.capacity:
             raise ValueError(f"{rows.shape[0]} transitions do not fit a buffer of {self.capacity}")
-        end = state.current_index + jnp.cumsum(lived, dtype=jnp.int32)
+        end = state.current_index + jnp.cumsum(mask, dtype=jnp.int32)
         # Padding is sent beyond the end of the buffer, where the scatter drops it.
-        place = jnp.where(lived, (end - 1) % self.capacity, self.capacity)
+        place = jnp.where(mask, (end - 1) % self.capacity, self.capacity)
         experience = state.experience.at[0, place].set(rows, mode="drop")
         return dataclasses.replace(
             state,
@@ -147,9 +147,9 @@ def capacity_for(transitions: int, asked: int | None) -> int:
     return asked
 
 
-def transitions_of(lived: Trajectories) -> tuple[Transitions, Bool[Array, " items"]]:
-    """Every agent's transitions in one row each, and which of them were lived."""
-    time, worlds, agents = lived.choice.shape
+def transitions_of(trajectories: Trajectories) -> tuple[Transitions, Bool[Array, " items"]]:
+    """Every agent's transitions in one row each, and which of them count."""
+    time, worlds, agents = trajectories.choice.shape
 
     def per_agent(of_world: Array) -> Array:
         return jnp.broadcast_to(of_world[:, :, None], (time, worlds, agents)).reshape(-1)
@@ -158,11 +158,11 @@ def transitions_of(lived: Trajectories) -> tuple[Transitions, Bool[Array, " item
         return of_agent.reshape(time * worlds * agents, of_agent.shape[-1])
 
     transitions = Transitions(
-        observation=flat(lived.observation),
-        action=flat(lived.action),
-        next_observation=flat(lived.next_observation),
-        local_rewards=flat(lived.local_rewards),
-        team_reward=per_agent(lived.team_reward),
-        terminated=per_agent(lived.terminated).astype(jnp.float32),
+        observation=flat(trajectories.observation),
+        action=flat(trajectories.action),
+        next_observation=flat(trajectories.next_observation),
+        local_rewards=flat(trajectories.local_rewards),
+        team_reward=per_agent(trajectories.team_reward),
+        terminated=per_agent(trajectories.terminated).astype(jnp.float32),
     )
-    return transitions, per_agent(lived.lived)
+    return transitions, per_agent(trajectories.mask)

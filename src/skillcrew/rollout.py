@@ -27,21 +27,21 @@ class Episodes(eqx.Module):
 
     team_reward: Float[Array, "*time worlds"]
     terminated: Bool[Array, "*time worlds"]
-    lived: Bool[Array, "*time worlds"]
-    """False for padding."""
+    mask: Bool[Array, "*time worlds"]
+    """True for the steps that count: up to an episode's end, and padding after it."""
 
     def team_return(self, discount: float = 1.0) -> Float[Array, " worlds"]:
         """The sum of the team reward over each episode, that of step t (from 0) times discount^t."""
-        weight = jnp.power(discount, jnp.arange(self.lived.shape[0], dtype=jnp.float32))
-        return (jnp.where(self.lived, self.team_reward, 0.0) * weight[:, None]).sum(0)
+        weight = jnp.power(discount, jnp.arange(self.mask.shape[0], dtype=jnp.float32))
+        return (jnp.where(self.mask, self.team_reward, 0.0) * weight[:, None]).sum(0)
 
     def completed(self) -> Bool[Array, " worlds"]:
         """Whether each episode ended with the task done, and not for lack of time."""
-        return (self.terminated & self.lived).any(0)
+        return (self.terminated & self.mask).any(0)
 
-    def steps_lived(self) -> Int[Array, ""]:
+    def steps(self) -> Int[Array, ""]:
         """Environment steps of all worlds, padding not counted."""
-        return self.lived.sum(dtype=jnp.int32)
+        return self.mask.sum(dtype=jnp.int32)
 
     def worlds(self: AnyEpisodes, part: Any) -> AnyEpisodes:
         """Those of some of the worlds: a slice, or their indices."""
@@ -201,7 +201,7 @@ def rollout(
             team_reward=step.team_reward,
             terminated=step.terminated,
             choice=choice,
-            lived=running,
+            mask=running,
         )
         kept = jax.tree.map(lambda leaf: leaf[recorded], trajectories)
         running = running & ~step.terminated & ~step.truncated

@@ -156,9 +156,9 @@ def test_the_switch_is_at_the_first_generation_that_begins_beyond_the_budget(fir
 
 def test_steps_of_pretraining_are_environment_steps(pretrained, evolved) -> None:
     for (_, metrics, seen), before in ((pretrained, 0), (evolved, BUDGET)):
-        lived = int(np.asarray(seen["episodes"].lived).sum())
+        lived = int(np.asarray(seen["episodes"].mask).sum())
         # Of all teams and all probes.
-        assert seen["episodes"].lived.shape == (WORLD.episode_length, WORLDS + SKILLS * PROBES)
+        assert seen["episodes"].mask.shape == (WORLD.episode_length, WORLDS + SKILLS * PROBES)
         assert int(metrics["environment_steps"]) == before + lived
 
 

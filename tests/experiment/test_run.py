@@ -108,7 +108,7 @@ def test_training_scores_champions_on_worlds_of_its_own(counting, tmp_path):
     drawn = []
     for key in (jax.random.key(0x5EED), *(jax.random.fold_in(jax.random.key(3), g) for g in (1, 2))):
         lived = generation.play(counting, counting.team(counting.init(key)), key, 30)
-        drawn.append(tuple(np.asarray(lived.lived.sum(0)).tolist()))
+        drawn.append(tuple(np.asarray(lived.mask.sum(0)).tolist()))
     assert len(set(drawn)) == 3
 
 

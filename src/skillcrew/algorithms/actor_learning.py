@@ -128,14 +128,16 @@ class ActorLearning:
         return ActorTeam(self.actors(state), self._env.n_agents, self._env.choices)
 
     def learn(
-        self, key: Key[Array, ""], state: ActorLearningState, lived: Trajectories
+        self, key: Key[Array, ""], state: ActorLearningState, trajectories: Trajectories
     ) -> tuple[ActorLearningState, dict[str, Array]]:
         """Takes in recorded worlds, then updates every actor.
 
         Returns:
             The new state, and metrics.
         """
-        experience = jax.vmap(self._buffer.add)(state.experience, *self._by_buffer(*transitions_of(lived)))
+        experience = jax.vmap(self._buffer.add)(
+            state.experience, *self._by_buffer(*transitions_of(trajectories))
+        )
         learners, losses = train_learners(
             key, self._learner, state.learners, lambda k: self._draw(k, experience), self.config.updates
         )
@@ -181,7 +183,7 @@ class ActorLearning:
         return drawn.local_rewards[..., self._rewards].sum(-1)
 
     def _by_buffer(
-        self, transitions: Transitions, lived: Bool[Array, " items"]
+        self, transitions: Transitions, mask: Bool[Array, " items"]
     ) -> tuple[Transitions, Bool[Array, "buffers own"]]:
         """Rows of all agents, each in the buffer where it belongs; agents vary fastest."""
 
@@ -189,7 +191,7 @@ class ActorLearning:
             shape = (len(leaf) // self._n_buffers, self._n_buffers, *leaf.shape[1:])
             return jnp.moveaxis(leaf.reshape(shape), 1, 0)
 
-        return jax.tree.map(split, transitions), split(lived)
+        return jax.tree.map(split, transitions), split(mask)
 
 
 def _rewards_summed(env: Environment, reward: str) -> np.ndarray | None:

@@ -67,7 +67,7 @@ class EA(ActsDirectly):
         teams = self._search.lineup(state.search, start, self._make_team)
         episodes, _ = rollout(self.env, teams, key_rollout, recorded=slice(0))
         search, measured = self._search.evolve(key_evolution, state.search, episodes, self._make_team)
-        steps = state.environment_steps + episodes.steps_lived() + measured.pop("race_steps", 0)
+        steps = state.environment_steps + episodes.steps() + measured.pop("race_steps", 0)
         return EAState(key, search, state.generation + 1, steps), {"environment_steps": steps, **measured}
 
     def team(self, state: EAState) -> ActorTeam:

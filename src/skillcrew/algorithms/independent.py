@@ -86,9 +86,9 @@ class IndependentTD3(ActsDirectly):
         key, key_start, key_rollout, key_learn = jax.random.split(state.key, 4)
         explorers = NoisyTeam(self.team(state), self.config.exploration_noise, self.env.choices)
         start = Start.draw(self.env, key_start, self.config.episodes)
-        episodes, lived = rollout(self.env, Lineup.of_team(explorers, start), key_rollout)
-        actors, measured = self._actors.learn(key_learn, state.actors, lived)
-        steps = state.environment_steps + episodes.steps_lived()
+        episodes, trajectories = rollout(self.env, Lineup.of_team(explorers, start), key_rollout)
+        actors, measured = self._actors.learn(key_learn, state.actors, trajectories)
+        steps = state.environment_steps + episodes.steps()
         returns = episodes.team_return()
         fitness = {"fitness_best": returns.max(), "fitness_mean": returns.mean()}
         after = IndependentState(key, actors, state.generation + 1, steps)

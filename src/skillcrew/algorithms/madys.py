@@ -45,7 +45,7 @@ class MADyS(SkillTeams):
         # Lines 6 to 9 (and Algorithm 2): every team lives the same fresh episodes into the buffer, with noise
         # while any skill learns.
         learning = ~state.skills.plateau.stopped.all()
-        episodes, recorded, lived = self._live(state, make_team, learning, key_start, key_rollout)
+        episodes, recorded, taken = self._live(state, make_team, learning, key_start, key_rollout)
 
         # Lines 9 to 15: fitness is the mean team return g; rank, elites, tournament, crossover, mutation.
         search, measured = self._search.evolve(key_evolution, state.search, episodes, make_team)
@@ -54,6 +54,6 @@ class MADyS(SkillTeams):
         generation = state.generation + 1
         learned, returns = self._skills.learn(key_skills, state.skills, recorded, generation)
 
-        steps = state.environment_steps + lived + measured.pop("race_steps", 0)
+        steps = state.environment_steps + taken + measured.pop("race_steps", 0)
         state = SkillTeamsState(key, search, learned, generation, steps)
         return state, {"environment_steps": steps, **measured, **returns}

@@ -59,7 +59,7 @@ class MFL(SkillTeams):
             team = self._team_of(selectors, skills)
             return WanderingTeam(team, pretraining, self.config.exploration_change)
 
-        episodes, recorded, lived = self._live(state, make_team, pretraining, key_start, key_rollout)
+        episodes, recorded, taken = self._live(state, make_team, pretraining, key_start, key_rollout)
         evolved, measured = self._search.evolve(key_evolution, state.search, episodes, make_team)
         search = jax.tree.map(lambda old, new: jnp.where(pretraining, old, new), state.search, evolved)
         generation = state.generation + 1
@@ -67,6 +67,6 @@ class MFL(SkillTeams):
 
         # Nothing is bred while skills are trained, so there is nothing that a race would decide.
         raced = jnp.where(pretraining, 0, measured.pop("race_steps", 0))
-        steps = state.environment_steps + lived + raced
+        steps = state.environment_steps + taken + raced
         state = SkillTeamsState(key, search, learned, generation, steps)
         return state, {"environment_steps": steps, "pretraining": pretraining, **measured, **returns}

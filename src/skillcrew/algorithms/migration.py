@@ -131,7 +131,7 @@ class Migration:
         exploring = jax.tree.map(lambda leaf: leaf[explorer], learners)
         elsewhere = Start.draw(self._env, key_worlds, config.learner_episodes)
         lineup = lineup.beside(Lineup.of_pairs(self._make_explorer, exploring, elsewhere))
-        episodes, lived = rollout(self._env, lineup, key_rollout)
+        episodes, trajectories = rollout(self._env, lineup, key_rollout)
         ends = (self._search.worlds, self._search.worlds + self.learners * start.worlds)
 
         # In their generations the learners take the places of the worst; then the population breeds.
@@ -146,9 +146,9 @@ class Migration:
         )
 
         # Everybody's experience is learned from.
-        learning, losses = self._learning.learn(key_learn, state.learning, lived)
+        learning, losses = self._learning.learn(key_learn, state.learning, trajectories)
 
-        steps = state.environment_steps + episodes.steps_lived() + measured.pop("race_steps", 0)
+        steps = state.environment_steps + episodes.steps() + measured.pop("race_steps", 0)
         state = MigrationState(key, search, learning, generation, steps)
         metrics = {
             "environment_steps": steps,

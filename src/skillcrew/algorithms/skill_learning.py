@@ -188,14 +188,14 @@ class SkillLearning:
         self,
         key: Key[Array, ""],
         state: SkillState,
-        lived: Trajectories,
+        trajectories: Trajectories,
         generation: Int[Array, ""],
         frozen: Bool[Array, ""] | None = None,
     ) -> tuple[SkillState, dict[str, Array]]:
         """Lines 16 to 22 of Algorithm 1: each skill learns, unless its return stopped improving.
 
         Args:
-            lived: recorded worlds, those of the probes last.
+            trajectories: recorded worlds, those of the probes last.
             generation: counted from 1.
             frozen: whether all skills stop learning, whatever their returns.
 
@@ -203,11 +203,13 @@ class SkillLearning:
             The new state, and metrics of each skill.
         """
         if self._indices != tuple(range(len(self._env.skills))):
-            lived = dataclasses.replace(
-                lived, local_rewards=lived.local_rewards[..., jnp.asarray(self._indices)]
+            trajectories = dataclasses.replace(
+                trajectories, local_rewards=trajectories.local_rewards[..., jnp.asarray(self._indices)]
             )
-        experience = self._buffer.add(state.experience, *transitions_of(lived))
-        returns = self._returns(lived.worlds(slice(lived.lived.shape[1] - self.probe_worlds, None)))
+        experience = self._buffer.add(state.experience, *transitions_of(trajectories))
+        returns = self._returns(
+            trajectories.worlds(slice(trajectories.mask.shape[1] - self.probe_worlds, None))
+        )
         plateau = state.plateau.observe(returns, generation, self.config.plateau)
         if frozen is not None:
             plateau = plateau.stop_all(generation, frozen)
@@ -229,15 +231,15 @@ class SkillLearning:
         """R_k of each skill, over its own probe episodes and all agents that can use it."""
         users = jnp.array(self.repertoire.users) if self.repertoire else None
 
-        def of_skill(skill, rewards, lived):
-            lived = jnp.broadcast_to(lived[..., None], rewards.shape[:-1])
+        def of_skill(skill, rewards, mask):
+            mask = jnp.broadcast_to(mask[..., None], rewards.shape[:-1])
             if users is not None:
-                lived &= jnp.broadcast_to(users[skill], lived.shape)
-            return mean_return(rewards[..., skill], lived, self._learner.config.discount)
+                mask &= jnp.broadcast_to(users[skill], mask.shape)
+            return mean_return(rewards[..., skill], mask, self._learner.config.discount)
 
         by_skill = jax.tree.map(
             lambda leaf: leaf.reshape(leaf.shape[0], self.n_skills, -1, *leaf.shape[2:]),
-            (probes.local_rewards, probes.lived),
+            (probes.local_rewards, probes.mask),
         )
         return jax.vmap(of_skill, in_axes=(0, 1, 1))(jnp.arange(self.n_skills), *by_skill)
 

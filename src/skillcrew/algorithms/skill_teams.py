@@ -123,7 +123,7 @@ class SkillTeams:
         lineup = lineup.beside(self._skills.probes(state.skills, start))
         noise = self._skills.noise(learning)
         episodes, recorded = rollout(self.env, lineup, key_rollout, noise, self._recorded())
-        return episodes.worlds(slice(self._search.worlds)), recorded, episodes.steps_lived()
+        return episodes.worlds(slice(self._search.worlds)), recorded, episodes.steps()
 
     def _recorded(self) -> slice | np.ndarray:
         """The worlds whose transitions enter the buffer: of each team its first few, and all probes."""

@@ -235,7 +235,7 @@ class TeamSearch:
         share = self.config.episodes / (self.config.episodes + race.episodes)
         fitness = fitness.at[finalists].set(share * fitness[finalists] + (1 - share) * more)
         evaluations = jnp.ones_like(fitness).at[finalists].set(1 / share)
-        return fitness, evaluations, episodes.steps_lived()
+        return fitness, evaluations, episodes.steps()
 
 
 def _make_evolver(

@@ -14,7 +14,9 @@ class Identified(Wrapper):
         super().__init__(env)
         self.observation_size = env.observation_size + env.n_agents
 
-    def seen(self, observation: Float[Array, "agents obs *worlds"]) -> Float[Array, "agents told *worlds"]:
+    def transform_observation(
+        self, observation: Float[Array, "agents obs *worlds"]
+    ) -> Float[Array, "agents told *worlds"]:
         return identify(observation)
 
 

@@ -16,14 +16,16 @@ class Joint(Wrapper):
         self.action_size = env.n_agents * env.action_size
         self.decisions = env.n_agents * env.decisions
 
-    def seen(self, observation: Float[Array, "agents obs *worlds"]) -> Float[Array, "one joint *worlds"]:
+    def transform_observation(
+        self, observation: Float[Array, "agents obs *worlds"]
+    ) -> Float[Array, "one joint *worlds"]:
         return join(observation)
 
-    def acted(self, action: Array) -> Array:
+    def transform_action(self, action: Array) -> Array:
         # Discrete actions are one for each agent already.
         return action if self.choices else part(action, self.env.n_agents)
 
-    def paid(
+    def transform_rewards(
         self, local_rewards: Float[Array, "agents skills *worlds"]
     ) -> Float[Array, "one skills *worlds"]:
         return local_rewards.sum(0, keepdims=True)

@@ -28,13 +28,13 @@ class Padded(Wrapper):
     that there is none that means nothing.
     """
 
-    def seen(self, observation: Mapping[str, Array]) -> Float[Array, "agents obs *worlds"]:
+    def transform_observation(self, observation: Mapping[str, Array]) -> Float[Array, "agents obs *worlds"]:
         return in_rows(self.env.types, observation)
 
-    def acted(self, action: Array) -> dict[str, Array]:
+    def transform_action(self, action: Array) -> dict[str, Array]:
         return by_type(self.env.types, action, discrete=bool(self.choices))
 
-    def paid(self, local_rewards: Mapping[str, Array]) -> Float[Array, "agents skills *worlds"]:
+    def transform_rewards(self, local_rewards: Mapping[str, Array]) -> Float[Array, "agents skills *worlds"]:
         """Each type's skills in columns of their own, which are 0 for the agents of other types."""
         rows, before = [], 0
         for kind in self.env.types:

@@ -28,33 +28,33 @@ class Wrapper(Environment):
         self.input_scaling = env.input_scaling
 
     @abc.abstractmethod
-    def seen(self, observation: Any) -> Float[Array, "agents obs *worlds"]:
+    def transform_observation(self, observation: Any) -> Float[Array, "agents obs *worlds"]:
         """What agents see of the inner world's observations."""
 
-    def acted(self, action: Array) -> Any:
+    def transform_action(self, action: Array) -> Any:
         """The inner world's actions."""
         return action
 
-    def paid(self, local_rewards: Any) -> Float[Array, "agents skills *worlds"]:
+    def transform_rewards(self, local_rewards: Any) -> Float[Array, "agents skills *worlds"]:
         """The local rewards, of the inner world's."""
         return local_rewards
 
     def reset(self, key: Key[Array, ""]) -> tuple[PyTree, Float[Array, "agents obs"]]:
         state, observation = self.env.reset(key)
-        return state, self.seen(observation)
+        return state, self.transform_observation(observation)
 
     def step(self, state: PyTree, action: Array, key: Key[Array, ""]) -> tuple[PyTree, TimeStep]:
-        state, step = self.env.step(state, self.acted(action), key)
+        state, step = self.env.step(state, self.transform_action(action), key)
         return state, self._changed(step)
 
     def reset_worlds(self, keys: Key[Array, " worlds"]) -> tuple[PyTree, Float[Array, "agents obs worlds"]]:
         state, observation = self.env.reset_worlds(keys)
-        return state, self.seen(observation)
+        return state, self.transform_observation(observation)
 
     def step_worlds(
         self, state: PyTree, action: Array, keys: Key[Array, " worlds"]
     ) -> tuple[PyTree, TimeStep]:
-        state, step = self.env.step_worlds(state, self.acted(action), keys)
+        state, step = self.env.step_worlds(state, self.transform_action(action), keys)
         return state, self._changed(step)
 
     def describe(self) -> dict[str, Any]:
@@ -62,8 +62,8 @@ class Wrapper(Environment):
 
     def _changed(self, step: TimeStep | TimeStepByType) -> TimeStep:
         return TimeStep(
-            observation=self.seen(step.observation),
-            local_rewards=self.paid(step.local_rewards),
+            observation=self.transform_observation(step.observation),
+            local_rewards=self.transform_rewards(step.local_rewards),
             team_reward=step.team_reward,
             terminated=step.terminated,
             truncated=step.truncated,

@@ -88,9 +88,9 @@ class Run:
             raise UserError(f"episodes = {episodes}: give at least 1")
 
         def play(team: Team) -> Any:
-            lived = generation.play(self.algorithm, team, jax.random.key(EVALUATION_KEY), episodes)
-            choices = jnp.where(lived.lived[..., None], lived.choice, -1)
-            return lived.team_return(), choices, lived.completed()
+            played = generation.play(self.algorithm, team, jax.random.key(EVALUATION_KEY), episodes)
+            choices = jnp.where(played.mask[..., None], played.choice, -1)
+            return played.team_return(), choices, played.completed()
 
         champions = self.champions()
         returns, choices, completed = generation.compiled(jax.vmap(play), champions)(champions)

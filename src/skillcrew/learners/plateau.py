@@ -96,13 +96,13 @@ class Plateau(eqx.Module):
 
 
 def mean_return(
-    rewards: Float[Array, "time *any"], lived: Bool[Array, "time *any"], discount: float
+    rewards: Float[Array, "time *any"], mask: Bool[Array, "time *any"], discount: float
 ) -> Float[Array, ""]:
-    """R = Σ_n γ^n r(t + n) to the episode's end, averaged over all lived steps t (thesis, 3.2.3).
+    """R = Σ_n γ^n r(t + n) to the episode's end, averaged over all steps that count t (thesis, 3.2.3).
 
     The reward at step u counts γ^n for each earlier t = u - n, (1 - γ^(u+1)) / (1 - γ) in all.
     """
     steps = jnp.arange(1, rewards.shape[0] + 1, dtype=jnp.float32)
     weight = (1 - discount**steps) / (1 - discount)
     weight = weight.reshape(-1, *(1,) * (rewards.ndim - 1))
-    return jnp.where(lived, rewards * weight, 0.0).sum() / lived.sum(dtype=jnp.float32)
+    return jnp.where(mask, rewards * weight, 0.0).sum() / mask.sum(dtype=jnp.float32)
