@@ -28,7 +28,7 @@ def live_all(key, noise: float, recorded: Any = slice(None)) -> dict[str, Any]:
     lineup = lineup.beside(Lineup.of_team(other, start.first(OTHERS)))
     episodes, lived = rollout(ENV, lineup, key, noise, recorded)
     return {
-        "mask": lived,
+        "lived": lived,
         "episodes": episodes,
         "teams": teams,
         "other": other,
@@ -68,7 +68,7 @@ def test_episodes_end_at_different_times_and_for_both_reasons(episodes) -> None:
     "field", ["observation", "action", "next_observation", "local_rewards", "team_reward"]
 )
 def test_every_lived_step_is_that_of_the_loop(quiet, episodes, field: str) -> None:
-    values = np.asarray(getattr(quiet["mask"], field))
+    values = np.asarray(getattr(quiet["lived"], field))
     for world, steps in enumerate(episodes):
         expected = np.array([getattr(step, field) for step in steps])
         np.testing.assert_allclose(values[: len(steps), world], expected, rtol=1e-4, atol=1e-4)
@@ -76,15 +76,15 @@ def test_every_lived_step_is_that_of_the_loop(quiet, episodes, field: str) -> No
 
 def test_choices_and_ends_are_those_of_the_loop(quiet, episodes) -> None:
     for world, steps in enumerate(episodes):
-        lived: Trajectories = quiet["mask"].worlds(slice(world, world + 1))
-        assert lived.mask[:, 0].tolist() == [time < len(steps) for time in range(LENGTH)]
+        lived: Trajectories = quiet["lived"].worlds(slice(world, world + 1))
+        assert lived.lived[:, 0].tolist() == [time < len(steps) for time in range(LENGTH)]
         assert lived.terminated[: len(steps), 0].tolist() == [step.terminated for step in steps]
         assert lived.choice[: len(steps), 0].tolist() == [step.choice for step in steps]
 
 
 def test_the_last_next_observation_is_that_of_the_last_state(quiet, episodes) -> None:
     for world, steps in enumerate(episodes):
-        last = np.asarray(quiet["mask"].next_observation[len(steps) - 1, world])
+        last = np.asarray(quiet["lived"].next_observation[len(steps) - 1, world])
         # The clock has gone on: neither a fresh world, nor one stepped after its end.
         assert last[:, 3].tolist() == [len(steps)] * AGENTS
 
@@ -94,9 +94,9 @@ def test_return_and_steps_leave_padding_out(quiet, episodes) -> None:
     np.testing.assert_allclose(quiet["returns"], expected, rtol=1e-4, atol=1e-4)
     halved = [sum(0.5**t * step.team_reward for t, step in enumerate(steps)) for steps in episodes]
     np.testing.assert_allclose(quiet["discounted"], halved, rtol=1e-4, atol=1e-4)
-    for told in (quiet["mask"], quiet["episodes"]):
-        assert int(told.steps()) == sum(len(steps) for steps in episodes)
-    assert len(episodes) * LENGTH > int(quiet["episodes"].steps())
+    for told in (quiet["lived"], quiet["episodes"]):
+        assert int(told.steps_lived()) == sum(len(steps) for steps in episodes)
+    assert len(episodes) * LENGTH > int(quiet["episodes"].steps_lived())
 
 
 def test_an_episode_is_completed_if_the_task_was_done_before_its_end(quiet, episodes) -> None:
@@ -109,12 +109,12 @@ def test_an_episode_is_completed_if_the_task_was_done_before_its_end(quiet, epis
 def test_only_the_recorded_worlds_are_told_in_full_and_all_in_brief(quiet, recorded) -> None:
     told = quick_jit(lambda key: live_all(key, 0.0, recorded))(jax.random.key(0))
     for one, other in zip(
-        jax.tree.leaves(told["mask"]), jax.tree.leaves(quiet["lived"].worlds(recorded)), strict=True
+        jax.tree.leaves(told["lived"]), jax.tree.leaves(quiet["lived"].worlds(recorded)), strict=True
     ):
         np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
     for field in ("team_reward", "terminated", "mask"):
         values = getattr(told["episodes"], field)
-        np.testing.assert_allclose(values, getattr(quiet["mask"], field), rtol=1e-5, atol=1e-5)
+        np.testing.assert_allclose(values, getattr(quiet["lived"], field), rtol=1e-5, atol=1e-5)
         assert values.shape == (LENGTH, TEAMS * EPISODES + OTHERS)
 
 
@@ -124,19 +124,19 @@ def test_each_team_lives_as_it_does_alone(quiet) -> None:
         return rollout(ENV, Lineup.of_team(ToyTeam(weights), start), jax.random.key(9))[1]
 
     for team in range(TEAMS):
-        mine = quiet["mask"].worlds(slice(team * EPISODES, (team + 1) * EPISODES))
+        mine = quiet["lived"].worlds(slice(team * EPISODES, (team + 1) * EPISODES))
         expected = alone(quiet["teams"].weights[team], quiet["start"])
         for one, other in zip(jax.tree.leaves(mine), jax.tree.leaves(expected), strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-4)
 
 
 def test_all_teams_meet_the_same_worlds_which_differ_from_each_other(quiet) -> None:
-    first = np.asarray(quiet["mask"].observation[0])[: TEAMS * EPISODES]
+    first = np.asarray(quiet["lived"].observation[0])[: TEAMS * EPISODES]
     by_team = first.reshape(TEAMS, EPISODES, AGENTS, -1)
     assert (by_team == by_team[:1]).all()
     offsets = by_team[0, :, :, 0]
     assert len(np.unique(offsets)) == offsets.size
-    np.testing.assert_array_equal(first[:OTHERS], np.asarray(quiet["mask"].observation[0])[-OTHERS:])
+    np.testing.assert_array_equal(first[:OTHERS], np.asarray(quiet["lived"].observation[0])[-OTHERS:])
 
 
 def test_another_key_draws_other_worlds() -> None:
@@ -179,7 +179,7 @@ def test_noise_has_its_deviation_and_is_clipped(noisy) -> None:
 def test_noise_is_on_what_the_environment_receives_and_is_recorded(noisy) -> None:
     lived = noisy[1]
     moved = np.asarray(lived.next_observation - lived.observation)[..., 1:3]
-    alive = np.asarray(lived.mask)
+    alive = np.asarray(lived.lived)
     np.testing.assert_allclose(moved[alive], np.asarray(lived.action)[alive], atol=1e-4)
 
 
@@ -208,6 +208,6 @@ def test_of_pairs_each_team_lives_in_its_own_world() -> None:
     for team in range(TEAMS):
         steps = live(np.asarray(teams.weights[team]), offset[:, team], int(limit[team]))
         returns.append(sum(step.team_reward for step in steps))
-        assert int(lived.mask[:, team].sum()) == len(steps)
+        assert int(lived.lived[:, team].sum()) == len(steps)
     np.testing.assert_allclose(lived.team_return(), returns, rtol=1e-4, atol=1e-4)
     assert len(np.unique(np.round(returns, 4))) == TEAMS
