@@ -42,7 +42,7 @@ $(STAMP): pyproject.toml $(wildcard constraints/*.txt)
 	version=$$("$(BIN)/python" -c 'import sys; print("%d.%d" % sys.version_info[:2])'); \
 	echo "installing skillcrew into $(VENV), Python $$version"; \
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check \
-	  --constraint constraints/python-$$version.txt --editable '.[dev,evolution]'; \
+	  --constraint constraints/python-$$version.txt --editable '.[dev,evolution,interop]'; \
 	touch "$(STAMP)"
 
 demo: $(STAMP)

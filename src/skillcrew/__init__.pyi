@@ -78,6 +78,7 @@ from .algorithms.open_loop import (
 from .algorithms.registry import make_algorithm as make_algorithm
 from .algorithms.team_search import RaceConfig as RaceConfig
 from .envs.agent_type import AgentType as AgentType
+from .envs.bridges.to_jaxmarl import jaxmarl_env as jaxmarl_env
 from .envs.checks.check import check_environment as check_environment
 from .envs.checks.report import CheckReport as CheckReport
 from .envs.environment import (

@@ -3,6 +3,9 @@
 import decimal
 import re
 from collections.abc import Mapping, Sequence
+from typing import Any
+
+import yaml
 
 from skillcrew.errors import UserError
 
@@ -104,3 +107,27 @@ def parse_groups(text: str) -> tuple[tuple[str, ...], ...]:
 def format_groups(groups: Sequence[Sequence[str]]) -> str:
     """The inverse of `parse_groups`."""
     return ",".join("+".join(group) for group in groups) or "none"
+
+
+def parse_mapping(text: str) -> dict[str, Any]:
+    """`num_agents: 2, action_type: Continuous`, as YAML has it between braces; `none` for nothing.
+
+    Raises:
+        UserError: not of that form.
+    """
+    if text == "none":
+        return {}
+    try:
+        values = yaml.safe_load("{" + text + "}")
+    except yaml.YAMLError:
+        values = None
+    if not isinstance(values, dict) or None in values.values() or not all(isinstance(k, str) for k in values):
+        raise UserError(f"'{text}': write NAME: VALUE, NAME: VALUE, or none")
+    return values
+
+
+def format_mapping(values: Mapping[str, Any]) -> str:
+    """The inverse of `parse_mapping`."""
+    if not values:
+        return "none"
+    return yaml.safe_dump(dict(values), default_flow_style=True, width=10**6, sort_keys=False).strip()[1:-1]

@@ -60,7 +60,8 @@ def run(words: list[str]) -> int:
     options_class, default = with_environment(CompareOptions, entry)
     program = f"skillcrew compare {methods} {environment}"
     options = parse_options(options_class, words[2:], default, program, usage())
-    env = configured(entry, options).make()
+    entry = configured(entry, options)
+    env = entry.make()
     runs = _runs(_names(methods), env, RunConfig(seeds=tuple(options.seeds), steps=options.steps))
     title = f"{env.name}: mean of {len(options.seeds)} seeds, 95 % intervals"
     comparison = Comparison(
@@ -69,7 +70,7 @@ def run(words: list[str]) -> int:
         [ComparedFigure(env.name, title, (env.name,))],
     )
     out = options.out or Path("runs") / f"compare-{env.name}"
-    return run_side_by_side(comparison, out, options.jobs, ["compare", *words], trust=entry.by_path)
+    return run_side_by_side(comparison, out, options.jobs, ["compare", *words], trust=entry.names_code())
 
 
 def _names(methods: str) -> list[str]:

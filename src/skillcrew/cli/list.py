@@ -39,8 +39,9 @@ def run(words: list[str]) -> int:
     for name, why in broken.items():
         print(f"  {name:<{width}} fails to load: {why}")
     print(
-        "\nYour own is called by its import path, such as mylab.rescue:Rescue. Every field of an algorithm\n"
-        "and an environment is an option: `skillcrew train madys rover-t2-c1 --help` explains them."
+        "\nYour own is called by its import path, such as mylab.rescue:Rescue; one of JaxMARL by its name,\n"
+        "such as jaxmarl:MPE_simple_spread_v3. Every field of an algorithm and an environment is an option:\n"
+        "`skillcrew train madys rover-t2-c1 --help` explains them."
     )
     return 0
 

@@ -10,12 +10,16 @@ from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, Pri
 from skillcrew.cli.arguments import (
     Seeds,
     format_groups,
+    format_mapping,
     format_parents,
     parse_count,
     parse_groups,
+    parse_mapping,
     parse_parents,
     parse_seeds,
 )
+from skillcrew.envs.bridges.jaxmarl_config import Options as JAXMARL_OPTIONS
+from skillcrew.envs.bridges.jaxmarl_config import Skills
 from skillcrew.errors import UserError, nearest_first
 
 Options = TypeVar("Options")
@@ -92,3 +96,9 @@ _rule(
 )
 # With None: a default that is not empty would otherwise be taken apart into an option for each group.
 _rule(lambda kind: kind == tuple[tuple[str, ...], ...] | None, "A+B,C+D|none", parse_groups, format_groups)
+_rule(
+    lambda kind: kind in (JAXMARL_OPTIONS, Skills),
+    "NAME: VALUE, NAME: VALUE|none",
+    parse_mapping,
+    format_mapping,
+)

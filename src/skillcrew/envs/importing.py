@@ -49,10 +49,13 @@ def import_object(place: str, here: bool = True) -> Any:
     return found
 
 
-def import_path(kind: type) -> str:
-    """What `import_object` finds a class by: its module, or the file that it was imported from by path."""
+def import_path(kind: Any) -> str:
+    """What `import_object` finds a class or function by: its module, or the file that it was imported from.
+
+    What has no name of its own, such as a partial function, has `<locals>` in its path.
+    """
     module = sys.modules.get(kind.__module__)
-    return f"{getattr(module, BY_PATH, kind.__module__)}:{kind.__qualname__}"
+    return f"{getattr(module, BY_PATH, kind.__module__)}:{getattr(kind, '__qualname__', '<locals>')}"
 
 
 def _module(name: str, place: str, here: bool) -> ModuleType:

@@ -32,8 +32,16 @@ def _rover() -> Domain:
     return Domain("rover", "skillcrew.envs.rover.world:RoverDomain", RoverConfig, lambda: PRESETS)
 
 
-SHIPPED: Mapping[str, Callable[[], Domain]] = {"rover": _rover}
+def _jaxmarl() -> Domain:
+    from skillcrew.envs.bridges.jaxmarl_config import JaxMARLConfig
+
+    return Domain("jaxmarl", "skillcrew.envs.bridges.jaxmarl_in:JaxMARLEnvironment", JaxMARLConfig, dict)
+
+
+SHIPPED: Mapping[str, Callable[[], Domain]] = {"rover": _rover, "jaxmarl": _jaxmarl}
 """Domains of skillcrew's own, by name."""
+JAXMARL = "jaxmarl:"
+"""What stands before the name of an environment of JaxMARL."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,6 +58,10 @@ class Entry:
     """The configuration that the name stands for, or None."""
     by_path: bool = False
     """Whether it was named by its import path, which is code, and not by a name that is registered."""
+
+    def names_code(self) -> bool:
+        """Whether making it imports what neither skillcrew nor an installed package offers."""
+        return self.by_path or bool(code_of(self.config))
 
     def with_fields(self, fields: Mapping[str, Any]) -> "Entry":
         """The same with some fields changed.
@@ -107,7 +119,7 @@ def find(name: str) -> Entry:
     """What a name stands for: a preset, a package's environment, or an import path.
 
     An import path is `package.module:Class` or `folder/file.py:Class`, and `…:Class/preset` for a preset of
-    the class.
+    the class. `jaxmarl:NAME` is an environment of JaxMARL; whether there is one shows when it is made.
 
     Raises:
         UserError: unknown, with the valid names, nearest first; or what an import path names is not there,
@@ -119,6 +131,8 @@ def find(name: str) -> Entry:
     for entry, place in _entry_points():
         if entry == name:
             return _entry(_of_class(entry, place), name)
+    if name.startswith(JAXMARL):
+        return _of_jaxmarl(name.removeprefix(JAXMARL))
     if ":" in name:
         return _of_path(name)
     offered, broken = domains()
@@ -130,7 +144,7 @@ def find(name: str) -> Entry:
     near = ", ".join(nearest_first(name, valid))
     raise UserError(
         f"unknown environment '{name}'; valid, nearest first: {near}; or an import path, such as "
-        f"mylab.rescue:Rescue{not_loaded}"
+        f"mylab.rescue:Rescue, or {JAXMARL}NAME{not_loaded}"
     )
 
 
@@ -139,7 +153,7 @@ def make(name: str, **overrides: Any) -> Any:
 
     Args:
         name: a preset, such as "rover-t2-c2", an environment of an installed package, or an import path,
-            such as "mylab.rescue:Rescue".
+            such as "mylab.rescue:Rescue", or one of JaxMARL, such as "jaxmarl:MPE_simple_spread_v3".
         overrides: fields of its configuration, such as `n_agents=4`.
 
     Raises:
@@ -162,6 +176,11 @@ def is_offered(place: str) -> bool:
     """Whether skillcrew or an installed package offers this class."""
     shipped = (make().place for make in SHIPPED.values())
     return place in (*shipped, *(offered for _, offered in _entry_points()))
+
+
+def code_of(config: Any) -> Mapping[str, str]:
+    """Import paths of code that a configuration names, such as functions for skills, by where it does."""
+    return config.code() if hasattr(config, "code") else {}
 
 
 def environment_class(place: str) -> Any:
@@ -192,6 +211,13 @@ def _of_path(path: str) -> Entry:
         called = preset if preset.startswith(name) else f"{name}-{preset}"
         return Entry(called, place, domain.config_class, presets[preset], by_path=True)
     return dataclasses.replace(_entry(domain, name), by_path=True)
+
+
+def _of_jaxmarl(env_id: str) -> Entry:
+    from skillcrew.envs.bridges.jaxmarl_config import JaxMARLConfig, file_name
+
+    domain = _jaxmarl()
+    return Entry(file_name(env_id), domain.place, domain.config_class, JaxMARLConfig(env_id))
 
 
 def _of_class(name: str, place: str) -> Domain:

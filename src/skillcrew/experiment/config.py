@@ -185,22 +185,28 @@ def _environment(section: Any, where: str, trust: bool) -> Environment:
     if entry.config_class is None:
         return entry.with_fields(fields).make()
     config = parse(entry.config_class, fields, where)
+    for field, code in registry.code_of(config).items():
+        _refuse_untrusted(f"{where}.{field}", code, trust)
     return dataclasses.replace(entry, config=config).make()
 
 
 def _trusted(name: str, place: str, trust: bool) -> registry.Entry:
     """The environment at an import path, under the name that it was trained by."""
-    if "<locals>" in place or place.startswith("__main__:"):
+    _refuse_untrusted("class", place, trust)
+    return dataclasses.replace(registry.find(place), name=name)
+
+
+def _refuse_untrusted(field: str, place: str, trust: bool) -> None:
+    if "<locals>" in place or "<lambda>" in place or place.startswith("__main__:"):
         raise UserError(
-            f"class = {place}: cannot be imported from there; give the environment itself, "
-            "skillcrew.Run(folder, env), or move its class to a module"
+            f"{field} = {place}: cannot be imported from there; give the environment itself, "
+            "skillcrew.Run(folder, env), or move it to a module"
         )
     if not (trust or registry.is_offered(place)):
         raise UserError(
-            f"class = {place}: code that neither skillcrew nor an installed package's entry point offers is "
-            "imported only if you trust this folder: give --trust, or skillcrew.Run(folder, trust=True)"
+            f"{field} = {place}: code that neither skillcrew nor an installed package's entry point offers "
+            "is imported only if you trust this folder: give --trust, or skillcrew.Run(folder, trust=True)"
         )
-    return dataclasses.replace(registry.find(place), name=name)
 
 
 def _named(section: Any, where: str) -> tuple[str, dict[str, Any]]:
