@@ -80,6 +80,7 @@ from .algorithms.team_search import RaceConfig as RaceConfig
 from .envs.agent_type import AgentType as AgentType
 from .envs.bridges.outward import gymnasium_env as gymnasium_env
 from .envs.bridges.outward import pettingzoo_env as pettingzoo_env
+from .envs.bridges.to_jaxmarl import jaxmarl_env as jaxmarl_env
 from .envs.checks.check import check_environment as check_environment
 from .envs.checks.report import CheckReport as CheckReport
 from .envs.environment import (

@@ -50,9 +50,12 @@ def import_object(place: str, here: bool = True) -> Any:
 
 
 def import_path(kind: Any) -> str:
-    """What `import_object` finds a class or function by: its module, or the file it came from by path."""
+    """What `import_object` finds a class or function by: its module, or the file it came from by path.
+
+    What has no name of its own, such as a partial function, has `<locals>` in its path.
+    """
     module = sys.modules.get(kind.__module__)
-    return f"{getattr(module, BY_PATH, kind.__module__)}:{kind.__qualname__}"
+    return f"{getattr(module, BY_PATH, kind.__module__)}:{getattr(kind, '__qualname__', '<locals>')}"
 
 
 def import_module(name: str, place: str, here: bool) -> ModuleType:

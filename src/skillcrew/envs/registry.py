@@ -60,7 +60,18 @@ def _gymnasium(name: str) -> Any:
     return GymnasiumConfig(id=name)
 
 
+def _jaxmarl(name: str) -> Any:
+    from skillcrew.envs.bridges.jaxmarl_config import JaxMARLConfig
+
+    return JaxMARLConfig(env_id=name)
+
+
 BRIDGES: Mapping[str, Bridge] = {
+    "jaxmarl": Bridge(
+        "skillcrew.envs.bridges.jaxmarl_in:JaxMARLEnvironment",
+        _jaxmarl,
+        "JaxMARL's worlds, such as jaxmarl:MPE_simple_spread_v3",
+    ),
     "pettingzoo": Bridge(
         "skillcrew.envs.bridges.pettingzoo_world:PettingZooEnvironment",
         _pettingzoo,

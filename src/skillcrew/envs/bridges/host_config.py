@@ -52,12 +52,12 @@ class HostConfig(abc.ABC):
         if module and module.partition(".")[0] not in TRUSTED:
             yield f"module {module}"
         for name, reward in self.skills.items():
-            yield f"skills.{name} = {_path_of(reward)}"
+            yield f"skills.{name} = {path_of(reward)}"
 
     def plain(self) -> dict[str, Any]:
         """All fields as plain values; functions by their import paths."""
         fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        skills = {name: _path_of(reward) for name, reward in self.skills.items()}
+        skills = {name: path_of(reward) for name, reward in self.skills.items()}
         return {**fields, "arguments": dict(self.arguments), "skills": skills}
 
     def skill_rewards(self) -> dict[str, SkillReward]:
@@ -66,14 +66,20 @@ class HostConfig(abc.ABC):
         Raises:
             UserError: an import path at which there is none.
         """
-        return {name: _function(name, reward) for name, reward in self.skills.items()}
+        return {name: reward_function(name, reward) for name, reward in self.skills.items()}
 
 
-def _path_of(reward: SkillReward | str) -> str:
+def path_of(reward: Callable[..., Any] | str) -> str:
+    """The import path of what a skill is paid by."""
     return reward if isinstance(reward, str) else import_path(reward)
 
 
-def _function(name: str, reward: SkillReward | str) -> SkillReward:
+def reward_function(name: str, reward: Callable[..., Any] | str) -> Callable[..., Any]:
+    """What a skill is paid by, imported where it is named by its path.
+
+    Raises:
+        UserError: an import path at which there is no function.
+    """
     if not isinstance(reward, str):
         return reward
     if reward.startswith("__main__:") or "<" in reward:
