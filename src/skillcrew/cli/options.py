@@ -21,6 +21,7 @@ from skillcrew.cli.arguments import (
     parse_skills,
 )
 from skillcrew.envs.bridges.host_config import Argument, SkillReward
+from skillcrew.envs.bridges.jaxmarl_config import Options as JAXMARL_OPTIONS
 from skillcrew.envs.bridges.jaxmarl_config import Skills as JAXMARL_SKILLS
 from skillcrew.errors import UserError, nearest_first
 
@@ -98,7 +99,12 @@ _rule(
 )
 # With None: a default that is not empty would otherwise be taken apart into an option for each group.
 _rule(lambda kind: kind == tuple[tuple[str, ...], ...] | None, "A+B,C+D|none", parse_groups, format_groups)
-_rule(lambda kind: kind == Mapping[str, Argument], "NAME=VALUE,…|none", parse_arguments, format_arguments)
+_rule(
+    lambda kind: kind in (Mapping[str, Argument], JAXMARL_OPTIONS),
+    "NAME=VALUE,…|none",
+    parse_arguments,
+    format_arguments,
+)
 _rule(
     lambda kind: kind in (Mapping[str, SkillReward | str], JAXMARL_SKILLS),
     "NAME=MODULE:NAME,…|none",

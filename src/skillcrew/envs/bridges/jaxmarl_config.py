@@ -7,12 +7,12 @@ from typing import Any, Literal
 
 import yaml
 
-from skillcrew.envs.bridges.host_config import Argument, path_of
+from skillcrew.envs.bridges.host_config import path_of
 from skillcrew.errors import UserError
 
 Skills = Mapping[str, Callable[..., Any] | str]
 """Functions, or their import paths, by the skill's name."""
-Options = Mapping[str, Argument]
+Options = Mapping[str, Any]
 
 
 @dataclasses.dataclass(frozen=True)
