@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import skillcrew as sc
-from oracles.mixed import HAULERS, LENGTH, SCOUTS, SKILLS, Mixed, MixedDiscrete
+from oracles.mixed import LENGTH, SKILLS, Mixed, MixedDiscrete
+from oracles.rover_cases import quick_jit
 from skillcrew.algorithms.registry import ALGORITHMS
 from skillcrew.algorithms.repertoire import Repertoire
 from skillcrew.learners.dqn import DQNConfig
@@ -85,18 +86,19 @@ def make(kind, **fields):
 @pytest.mark.parametrize(("kind", "sharing"), [(Mixed, "team"), (MixedDiscrete, "agent")])
 def test_they_learn_together(kind, sharing):
     algorithm = make(kind, sharing=sharing)
-    state = jax.jit(algorithm.init)(jax.random.key(0))
-    step = jax.jit(algorithm.step)
+    state = quick_jit(algorithm.init)(jax.random.key(0))
+    step = quick_jit(algorithm.step)
     for _ in range(45):
         state, _ = step(state)
-    team = algorithm.team(state)
-    lineup = Lineup.of_team(team, Start.draw(algorithm.env, jax.random.key(1), 4))
-    lived, _ = rollout(algorithm.env, lineup, jax.random.key(2))
-    np.testing.assert_array_less(0.95, lived.team_return())
-    memory, choices = team.initial_memory(), []
-    for _ in range(LENGTH):
-        _, memory, choice = team.act(jnp.ones((SCOUTS + HAULERS, 5)), memory, jax.random.key(0))
-        choices.append([SKILLS[skill] for skill in np.asarray(choice)])
+
+    @quick_jit
+    def play(state):
+        start = Start.draw(algorithm.env, jax.random.key(1), 2)
+        return rollout(algorithm.env, Lineup.of_team(algorithm.team(state), start), jax.random.key(2))[1]
+
+    played = play(state)
+    np.testing.assert_array_less(0.95, played.team_return())
+    choices = [[SKILLS[skill] for skill in played.choice[time, 0]] for time in (0, LENGTH - 1)]
     assert choices[0] == ["scout/left", "scout/left", "hauler/lift"]
     assert choices[-1] == ["scout/right", "scout/right", "hauler/drop"]
 
