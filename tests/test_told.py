@@ -11,6 +11,7 @@ from oracles.rover_cases import NEVER, quick_jit
 from oracles.rover_scene import Scene
 from skillcrew.envs.registry import make
 from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.crew import ranks
 from skillcrew.envs.rover.world import RoverDomain
 
 PAIRS = Scene(n_agents=5, n_poi_types=4, spatial_coupling=2, simultaneous=(("A", "B"), ("C", "D")))
@@ -87,7 +88,7 @@ def test_parents_say_which_type_comes_next() -> None:
     assert stage.T.tolist() == [[1, 2, 0]] * 2
     done = jnp.array([[False, True], [False, False], [True, True]])
     working = jnp.ones((1, 2), bool)
-    assert wanted(stage, done, working, 1, TOGETHER).T.tolist() == [
+    assert wanted(stage, done, working, ranks(scene.env.config.crew), TOGETHER).T.tolist() == [
         [True, False, False],
         [False, True, False],
     ]
