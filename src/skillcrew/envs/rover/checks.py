@@ -19,7 +19,7 @@ def check_positive(field: str, value: Any) -> None:
         raise UserError(f"{field} = {value!r}: give a positive number")
 
 
-def check_speed(field: str, value: Any, most: float) -> None:
+def check_speed(field: str, value: Any, most: int | float) -> None:
     """Refuses what no POI can move in a step."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most:
         raise UserError(f"{field} = {value!r}: give a number from 0 to world_size = {most}")

@@ -85,8 +85,8 @@ class RoverConfig:
     """Rovers that break down in each episode, each at a step of its own, any as likely: from then on it
     stands still, does not count, and is neither sensed nor approached. Its own sensors go on."""
     rover_types: tuple[RoverType, ...] | None = ()
-    """Rovers that differ, by type; `n_agents` follows, and what each type says of itself is not said above.
-    A POI is observed when each type's `coupling` is met there in the same step. Default: all are alike."""
+    """Rovers that differ. A POI then takes `coupling` of each type in the same step; what a type says of
+    itself is left out above, and `n_agents` follows. Default: all rovers are alike."""
     team_reward: Literal["binary", "fraction"] = "binary"
     """1 when the last type is observed, or each newly observed type's share of all types."""
 
