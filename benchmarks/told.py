@@ -12,8 +12,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, Key
 
+from skillcrew.envs.padded import uniform
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.coupling import types_observed
+from skillcrew.envs.rover.crew import Ranks, ranks
 from skillcrew.envs.rover.state import RoverState
 from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.policies.actor import Actor
@@ -28,7 +30,10 @@ def variants(config: RoverConfig) -> tuple[str, ...]:
     """The variants that differ in this domain: to split takes rovers for two stages in a row."""
     # Of a drawn order each stage is one type, as here, where there are no groups.
     sizes = [len(group) for group in config.group_indices]
-    fits = [sum(pair) * config.spatial_coupling <= config.n_agents for pair in itertools.pairwise(sizes)]
+    fits = [
+        all(sum(pair) * kind.coupling <= kind.rovers for kind in config.crew)
+        for pair in itertools.pairwise(sizes)
+    ]
     return (TOGETHER, SPLIT) if any(fits) else (TOGETHER,)
 
 
@@ -61,18 +66,22 @@ def told_rollout(
         names: which skills these are, in their order; by default all of the environment's.
     """
     skill_names = names or env.skills
-    go_to = jnp.array([skill_names.index(f"go_to_poi_{name}") for name in env.config.type_names])
+    owners = [f"{kind.name}/" if env.types else "" for kind, _ in env.crew for _ in range(kind.rovers)]
+    go_to = jnp.array(
+        [[skill_names.index(f"{of}go_to_poi_{name}") for name in env.config.type_names] for of in owners]
+    )
+    arrays = uniform(env)
 
     def live_one_step(carry, key):
         state, observation = carry
-        choice = go_to[targets(env.config, state, variant)]
+        choice = jnp.take_along_axis(go_to, targets(env.config, state, variant), axis=1)
         act = jax.vmap(apply_skills, in_axes=(None, -1, -1), out_axes=-1)
         action = act(skills, observation, choice)
-        state, step = env.step_worlds(state, action, jax.random.split(key, episodes))
+        state, step = arrays.step_worlds(state, action, jax.random.split(key, episodes))
         return (state, step.observation), step.terminated
 
     key_reset, key_steps = jax.random.split(key)
-    start = env.reset_worlds(jax.random.split(key_reset, episodes))
+    start = arrays.reset_worlds(jax.random.split(key_reset, episodes))
     _, terminated = jax.lax.scan(live_one_step, start, jax.random.split(key_steps, env.episode_length))
     return terminated.any(0).mean()
 
@@ -88,9 +97,15 @@ def targets(config: RoverConfig, state: RoverState, variant: str) -> Int[Array, 
     working = state.working()
     working = jnp.ones(distance[:, 0].shape, bool) if working is None else working
     done = types_observed(state.observed, config.pois_per_type)
-    heading_for = wanted(stages(config, state), done, working, config.spatial_coupling, variant)
-    assign = functools.partial(assigned, coupling=config.spatial_coupling)
-    return jax.vmap(assign, in_axes=-1, out_axes=-1)(distance, heading_for, working)
+    crew = ranks(config.crew)
+    heading_for = wanted(stages(config, state), done, working, crew, variant)
+    parts = [
+        jax.vmap(functools.partial(assigned, coupling=kind.coupling), in_axes=-1, out_axes=-1)(
+            distance[rows], heading_for, working[rows]
+        )
+        for kind, rows in crew
+    ]
+    return jnp.concatenate(parts)
 
 
 def stages(config: RoverConfig, state: RoverState) -> Int[Array, "types worlds"]:
@@ -106,7 +121,7 @@ def wanted(
     stage: Int[Array, "types worlds"],
     done: Bool[Array, "types worlds"],
     working: Bool[Array, "agents worlds"],
-    coupling: int,
+    crew: Ranks,
     variant: str,
 ) -> Bool[Array, "types worlds"]:
     """The types to head for: those of the next stage and, if split and enough, of the one after it."""
@@ -116,8 +131,9 @@ def wanted(
         return now
     later = jnp.where(now, LAST, left)
     both = now | ((later == later.min(0)[None]) & (later < LAST))
-    enough = working.sum(0, dtype=jnp.int32) >= coupling * both.sum(0, dtype=jnp.int32)
-    return jnp.where(enough[None], both, now)
+    types = both.sum(0, dtype=jnp.int32)
+    enough = [working[rows].sum(0, dtype=jnp.int32) >= kind.coupling * types for kind, rows in crew]
+    return jnp.where(jnp.stack(enough).all(0)[None], both, now)
 
 
 def assigned(
@@ -126,7 +142,7 @@ def assigned(
     working: Bool[Array, " agents"],
     coupling: int,
 ) -> Int[Array, " agents"]:
-    """Shares out rovers over types in one world: as many to each as it takes, then evenly.
+    """Shares out rovers that are alike over types in one world: as many to each as it takes, then evenly.
 
     Greedy: next is always the rover whose second choice is worst beside its first; so two types get
     those rovers for which all together have least far to go. Rovers that do not work get any type.

@@ -11,9 +11,14 @@ from oracles.rover_cases import NEVER, quick_jit
 from oracles.rover_scene import Scene
 from skillcrew.envs.registry import make
 from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.crew import RoverType, ranks
 from skillcrew.envs.rover.world import RoverDomain
 
 PAIRS = Scene(n_agents=5, n_poi_types=4, spatial_coupling=2, simultaneous=(("A", "B"), ("C", "D")))
+CREW = (
+    RoverType("scout", 4, 2, max_speed=1.5, sensor_resolution=45),
+    RoverType("hauler", 2, 1, max_turn=1.5, observation_radius=11.0),
+)
 CORNERS = [(0.0, 0.0), (20.0, 0.0), (0.0, 20.0), (20.0, 20.0)]
 
 
@@ -87,7 +92,7 @@ def test_parents_say_which_type_comes_next() -> None:
     assert stage.T.tolist() == [[1, 2, 0]] * 2
     done = jnp.array([[False, True], [False, False], [True, True]])
     working = jnp.ones((1, 2), bool)
-    assert wanted(stage, done, working, 1, TOGETHER).T.tolist() == [
+    assert wanted(stage, done, working, ranks(scene.env.config.crew), TOGETHER).T.tolist() == [
         [True, False, False],
         [False, True, False],
     ]
@@ -102,6 +107,8 @@ def test_parents_say_which_type_comes_next() -> None:
         ("rover-t1-c3", False),
         ("rover-t4-c3-simultaneous", False),
         ("rover-t3-c3-drawn", True),
+        ("rover-t2-crew", False),
+        ("rover-t3-crew", True),
     ],
 )
 def test_only_teams_with_rovers_for_two_stages_can_split(name: str, both: bool) -> None:
@@ -113,6 +120,7 @@ def test_only_teams_with_rovers_for_two_stages_can_split(name: str, both: bool) 
     [
         (TOGETHER, dict(simultaneous=(("A", "B"),), breakdowns=1, n_agents=3)),
         (SPLIT, dict(order="drawn", poi_speed=0.2, n_agents=2)),
+        (SPLIT, dict(rover_types=CREW)),
     ],
 )
 def test_with_good_skills_it_finishes(variant: str, options: dict) -> None:

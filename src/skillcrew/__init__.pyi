@@ -94,6 +94,7 @@ from .envs.environment import (
 )
 from .envs.registry import make as make
 from .envs.rover.config import RoverConfig as RoverConfig
+from .envs.rover.crew import RoverType as RoverType
 from .envs.scene import (
     Discs as Discs,
 )

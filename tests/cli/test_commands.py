@@ -87,6 +87,7 @@ def test_help_of_an_algorithm_explains_every_field(capsys, monkeypatch):
         "Rovers that must be within the activation distance",
         "--environment.parents",
         "--environment.simultaneous A+B,C+D|none",
+        "--environment.rover-types NAME:rovers=VALUE:FIELD=VALUE,…|none",
         "--seeds",
         "2000..2004",
         "--checkpoint-seconds",
@@ -117,6 +118,12 @@ MISTAKES = [
         ["train", "madys", "rover-t4-c3-simultaneous", "--environment.simultaneous", "A+E"],
         ["unknown POI type in simultaneous 'E'; valid, nearest first: A, B, C, D"],
     ),
+    # Of a preset that has types of rovers, likewise.
+    (
+        ["train", "madys", "rover-t2-crew", "--environment.rover-types", "scout:rovers=1:coupling=2"],
+        ["rover type scout: coupling = 2: above rovers = 1"],
+    ),
+    ([*TRAIN, "--environment.rover-types", "scout:rover=2"], ["unknown field of scout 'rover'", "rovers"]),
     ([*TRAIN, "--environment.simultaneous", "A+B"], ["2 rovers at once", "n_agents = 1"]),
     ([*TRAIN, "--environment.order", "drawn", "--environment.parents", "none"], ["leave out parents"]),
     ([*TRAIN, "--environment.episode-length", "0"], ["episode_length = 0"]),

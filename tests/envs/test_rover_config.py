@@ -26,6 +26,16 @@ THESIS = {
     "rover-t3-c3": dict(n_agents=6, n_poi_types=3, spatial_coupling=3, episode_length=70),
 }
 
+
+def crew(scouts: int, haulers: int, scouts_at_poi: int) -> tuple[dict[str, Any], ...]:
+    of_scouts = dict(coupling=scouts_at_poi, max_turn=math.pi, max_speed=1.5, observation_radius=None)
+    of_haulers = dict(coupling=1, max_turn=1.5, max_speed=0.75, observation_radius=20.0)
+    return (
+        dict(name="scout", rovers=scouts, sensor_resolution=45, **of_scouts),
+        dict(name="hauler", rovers=haulers, sensor_resolution=90, **of_haulers),
+    )
+
+
 TWO_PAIRS = (("A", "B"), ("C", "D"))
 # Rovers, types, coupling, steps.
 OWN: dict[str, tuple[Any, ...]] = {
@@ -40,6 +50,8 @@ OWN: dict[str, tuple[Any, ...]] = {
     "rover-t4-c3-simultaneous": (6, 4, 3, 60, dict(simultaneous=TWO_PAIRS)),
     "rover-t3-c3-drawn": (6, 3, 3, 30, dict(order="drawn")),
     "rover-t2-c2-moving": (2, 2, 2, 25, dict(poi_speed=0.5)),
+    "rover-t2-crew": (3, 2, 1, 50, dict(rover_types=crew(scouts=2, haulers=1, scouts_at_poi=1))),
+    "rover-t3-crew": (6, 3, 1, 60, dict(rover_types=crew(scouts=4, haulers=2, scouts_at_poi=2))),
     "rover-t4-c3-breakdown": (7, 4, 3, 45, dict(simultaneous=TWO_PAIRS, breakdowns=1)),
 }
 

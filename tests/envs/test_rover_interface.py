@@ -21,7 +21,7 @@ from oracles.rover_cases import (
 )
 from oracles.rover_scene import Scene
 
-FEATURES = ["lone rover", "vanish 180", "vanish occluded 360", "drawn persisting"]
+FEATURES = ["lone rover", "vanish 180", "vanish occluded 360", "drawn persisting", "crew drawn"]
 TINY = Scene(n_agents=2, n_poi_types=1, sensor_resolution=360)
 DRAWN = Scene(n_agents=3, n_poi_types=1, pois_per_type=2, world_size=10.0)
 OPTIONS = Scene(n_agents=3, n_poi_types=3, order="drawn", poi_speed=0.5, breakdowns=2, episode_length=10)
@@ -66,7 +66,9 @@ def test_sizes_and_names_are_those_of_the_arrays(case: str) -> None:
     assert after == state
     assert (env.n_agents, env.episode_length) == (world.n_agents, world.episode_length)
     calls = world.n_types if world.order_drawn else 0
-    assert observation.shape == (world.n_agents, world.n_sectors * (1 + world.n_types) + calls)
+    channels = max(1, len(world.kinds)) + world.n_types
+    sectors = max(world.of(agent).n_sectors for agent in range(world.n_agents))
+    assert observation.shape == (world.n_agents, sectors * channels + calls)
     assert step.observation.shape == observation.shape == (env.n_agents, env.observation_size)
     assert step.local_rewards.shape == (world.n_agents, len(env.skills))
     assert (step.team_reward.shape, step.terminated.shape, step.truncated.shape) == ((), (), ())

@@ -79,7 +79,7 @@ def share_withheld(world: rover.World, said: list[Answers]) -> float:
         (before, after) for s in said for before, after in zip(s.before, s.after, strict=True)
     ):
         state = dataclasses.replace(after, time=before.time)
-        met = [rover.rovers_near(world, state, poi) >= world.coupling for poi in state.poi_position]
+        met = [rover.enough_near(world, state, poi) for poi in state.poi_position]
         withheld.append((np.array(met) & ~state.observed).any())
     return float(np.mean(withheld))
 

@@ -96,9 +96,9 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
     run = RunConfig((7, 5, 2004), 1234, 9, 3, 0.5, 4, False)
     for config, default in ((env.config, sc.RoverConfig()), (algorithm.config, sc.MADySConfig())):
         for field in dataclasses.fields(default):
-            # A drawn order excludes given parents; it is in a preset.
+            # These exclude others; they are in presets.
             differs = getattr(config, field.name) != getattr(default, field.name)
-            assert differs or field.name == "order", f"{field.name} is the default"
+            assert differs or field.name in ("order", "rover_types"), f"{field.name} is the default"
     assert all(getattr(run, f.name) != getattr(RunConfig(), f.name) for f in dataclasses.fields(run))
     there_and_back(algorithm, run, tmp_path / "c.yaml")
 
@@ -247,6 +247,25 @@ def test_a_mistake_is_one_line_naming_file_field_and_what_is_valid(old, new, exp
     assert str(file) in line
     for part in expected:
         assert part in line
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("    max_speed: 1.5", "    max_sped: 1.5", "environment.rover_types.0.max_sped"),
+        ("    max_speed: 1.5", "    max_speed: fast", "environment.rover_types.0.max_speed"),
+        ("    max_speed: 1.5", "    max_speed: -1", "environment: rover type scout: max_speed = -1"),
+        ("    rovers: 2", "    rovers: 4", "environment: n_agents = 3: rover_types have 5"),
+    ],
+)
+def test_a_mistake_in_a_type_of_rovers_is_one_line(old, new, expected, tmp_path):
+    text = to_yaml(sc.EA(sc.make("rover-t2-crew")), RunConfig())
+    assert text.count(old) == 1
+    (tmp_path / "config.yaml").write_text(text.replace(old, new))
+    with pytest.raises(sc.UserError) as caught:
+        from_yaml(tmp_path / "config.yaml")
+    assert expected in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -1,28 +1,39 @@
 """Skills that need no training: networks written by hand, which go to the one POI of a type."""
 
+import math
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from skillcrew.envs.padded import uniform
+from skillcrew.envs.rover.crew import RoverType
 from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.network import MLP
 
-TURNS = (0.125, 0.75, -0.75, -0.125)
-"""By the sector that the POI is in, as shares of a half turn: little if it is ahead, else about."""
 SURE = 100.0
 """Makes the weakest reading of interest, of a POI 100 m away, a full one."""
 
 
-def go_to_skill(env: RoverDomain, kind: int) -> Actor:
-    """Turns towards the one sector in which the type is sensed, and drives; needs four sectors.
+def turn_to(sector: int, sectors: int) -> float:
+    """In radians: to the middle of the sector; half as far if it is ahead, so as not to zigzag."""
+    middle = math.remainder((sector + 0.5) * 2 * math.pi / sectors, 2 * math.pi)
+    return middle / 2 if abs(middle) < math.pi / 2 else middle
+
+
+def go_to_skill(env: RoverDomain, rover: RoverType, kind: int) -> Actor:
+    """Turns a rover towards the one sector in which the type is sensed, and drives.
 
     Two rectified units per sector tell whether anything is sensed in it: min(1, much of the reading).
     """
-    weights, biases = np.zeros((env.observation_size, 8)), np.zeros(8)
-    turns = np.zeros((8, 2))
-    for sector, turn in enumerate(TURNS):
-        reading = sector * (1 + env.config.n_poi_types) + 1 + kind
+    hidden = 2 * max(other.sectors for other in env.config.crew)
+    weights, biases = np.zeros((uniform(env).observation_size, hidden)), np.zeros(hidden)
+    turns = np.zeros((hidden, 2))
+    rovers = len(env.config.crew)
+    for sector in range(rover.sectors):
+        turn = np.clip(turn_to(sector, rover.sectors) / rover.max_turn, -0.99, 0.99)
+        reading = sector * (rovers + env.config.n_poi_types) + rovers + kind
         weights[reading, 2 * sector : 2 * sector + 2] = SURE
         biases[2 * sector + 1] = -1.0
         turns[2 * sector : 2 * sector + 2, 0] = np.arctanh(turn), -np.arctanh(turn)
@@ -33,7 +44,10 @@ def go_to_skill(env: RoverDomain, kind: int) -> Actor:
 
 
 def go_to_skills(env: RoverDomain) -> tuple[Actor, tuple[str, ...]]:
-    """One for each type, stacked, and their names."""
-    skills = [go_to_skill(env, kind) for kind in range(env.config.n_poi_types)]
-    names = tuple(f"go_to_poi_{name}" for name in env.config.type_names)
-    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *skills), names
+    """One for each type of rovers and of POIs, stacked, and their names."""
+    skills, names = [], []
+    for rover in env.config.crew:
+        for kind, letter in enumerate(env.config.type_names):
+            skills.append(go_to_skill(env, rover, kind))
+            names.append(f"{rover.name}/go_to_poi_{letter}" if env.types else f"go_to_poi_{letter}")
+    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *skills), tuple(names)

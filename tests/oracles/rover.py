@@ -48,15 +48,20 @@ def strength_of(world: World, value: float, distance: float) -> float:
 
 
 def observation_of(world: World, state: State, agent: int) -> np.ndarray:
-    """Sector after sector; in each the rovers' channel, then one per POI type; then who calls, if any may."""
+    """Sector after sector; in each the rovers' channel, then one per POI type; then who calls, if any may.
+
+    Where rovers differ, each of their types has a channel.
+    """
     here, heading = state.position[agent], state.heading[agent]
-    cells = np.zeros((world.n_sectors, 1 + world.n_types))
+    rover_types, world = max(1, len(world.kinds)), world.of(agent)
+    cells = np.zeros((world.n_sectors, rover_types + world.n_types))
     for other in range(world.n_agents):
         if other == agent or not works(state, other):
             continue
         there = state.position[other]
         strength = strength_of(world, 1.0, distance_between(here, there))
-        add_reflection(world, cells, sector_of(world, here, heading, there), 0, strength)
+        channel = world.kind_of(other) if world.kinds else 0
+        add_reflection(world, cells, sector_of(world, here, heading, there), channel, strength)
     for poi in range(world.n_pois):
         if world.vanish and state.observed[poi]:
             continue
@@ -64,13 +69,18 @@ def observation_of(world: World, state: State, agent: int) -> np.ndarray:
         value = world.poi_values[poi]
         strength = strength_of(world, value, distance_between(here, there))
         sector = sector_of(world, here, heading, there)
-        add_reflection(world, cells, sector, 1 + world.poi_types[poi], strength)
+        add_reflection(world, cells, sector, rover_types + world.poi_types[poi], strength)
     calls = [kind == next_type(world, state) for kind in range(world.n_types)] if world.order_drawn else []
     return np.concatenate([cells.reshape(-1), np.array(calls, float)])
 
 
 def observe(world: World, state: State) -> np.ndarray:
-    return np.stack([observation_of(world, state, agent) for agent in range(world.n_agents)])
+    """What all rovers sense, in rows; those who sense less have zeros behind it."""
+    rows = [observation_of(world, state, agent) for agent in range(world.n_agents)]
+    observed = np.zeros((world.n_agents, max(map(len, rows))))
+    for agent, row in enumerate(rows):
+        observed[agent, : len(row)] = row
+    return observed
 
 
 def moved(world: World, state: State, action: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -81,8 +91,8 @@ def moved(world: World, state: State, action: np.ndarray) -> tuple[np.ndarray, n
             continue
         turn = min(1.0, max(-1.0, action[agent, 0]))
         drive = min(1.0, max(-1.0, action[agent, 1]))
-        heading[agent] += turn * world.max_turn
-        length = (drive + 1) / 2 * world.max_speed
+        heading[agent] += turn * world.of(agent).max_turn
+        length = (drive + 1) / 2 * world.of(agent).max_speed
         position[agent, 0] += length * math.cos(heading[agent])
         position[agent, 1] += length * math.sin(heading[agent])
         if world.bounded:
@@ -136,19 +146,29 @@ def may_be_observed(world: World, state: State, kind: int) -> bool:
     return all(done[other] for other in before)
 
 
-def rovers_near(world: World, state: State, place: np.ndarray) -> int:
-    near = 0
+def rovers_near(world: World, state: State, place: np.ndarray) -> list[int]:
+    near = []
     for agent in range(world.n_agents):
         within = distance_between(state.position[agent], place) <= world.activation_distance
         if within and works(state, agent):
-            near += 1
+            near.append(agent)
     return near
+
+
+def enough_near(world: World, state: State, place: np.ndarray) -> bool:
+    """Whether there are as many rovers as a POI takes; of each type, where they differ."""
+    near = rovers_near(world, state, place)
+    if not world.kinds:
+        return len(near) >= world.coupling
+    kinds = [world.kind_of(agent) for agent in near]
+    return all(kinds.count(place) >= kind.coupling for place, kind in enumerate(world.kinds))
 
 
 def is_met(world: World, state: State, poi: int) -> bool:
     """Whether enough rovers are near a POI whose turn it is."""
-    enough = rovers_near(world, state, state.poi_position[poi]) >= world.coupling
-    return enough and may_be_observed(world, state, world.poi_types[poi])
+    return enough_near(world, state, state.poi_position[poi]) and may_be_observed(
+        world, state, world.poi_types[poi]
+    )
 
 
 def observed_after(world: World, state: State) -> np.ndarray:
@@ -209,7 +229,17 @@ def local_rewards_of(world: World, state: State) -> dict[str, np.ndarray]:
             reward[agent] = closeness(world, distances)
         rewards["go_to_agent"] = reward
         rewards["go_away_from_agent"] = -reward
-    return rewards
+    return by_kind(world, rewards) if world.kinds else rewards
+
+
+def by_kind(world: World, rewards: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The same skills for each type of rovers; nobody is paid for those of another type."""
+    kinds = [world.kind_of(agent) for agent in range(world.n_agents)]
+    return {
+        f"{kind.name}/{skill}": reward * (np.array(kinds) == place)
+        for place, kind in enumerate(world.kinds)
+        for skill, reward in rewards.items()
+    }
 
 
 def team_reward_of(world: World, done_before: list[bool], done_after: list[bool]) -> float:

@@ -14,7 +14,11 @@ import jax
 import numpy as np
 
 from oracles import rover
+from oracles import rover_rules as rules
+from skillcrew.envs.environment import Environment
+from skillcrew.envs.padded import uniform
 from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.crew import RoverType
 from skillcrew.envs.rover.world import RoverDomain, RoverState
 
 # The published values, written out again so that a changed default is noticed.
@@ -23,7 +27,7 @@ DEFAULTS: dict[str, Any] = dict(
     episode_length=50, world_size=20.0, bounded=False, max_turn=math.pi, max_speed=1.0,
     activation_distance=2.0, min_distance=1.0, sensor="density", sensor_resolution=90,
     observation_radius=None, observed_pois="persist", team_reward="binary", simultaneous=(), order="fixed",
-    poi_speed=0.0, breakdowns=0,
+    poi_speed=0.0, breakdowns=0, rover_types=(),
 )  # fmt: skip
 
 # Counts differ from one another wherever they can, so that no two axes can be mistaken for each other.
@@ -69,6 +73,18 @@ CASES: dict[str, dict[str, Any]] = {
         n_agents=2, n_poi_types=3, order="drawn", poi_speed=0.3, sensor_resolution=360, world_size=12.0,
         observation_radius=9.0, team_reward="fraction", breakdowns=1,
     ),
+    "crew": dict(
+        pois_per_type=3, world_size=9.0, observed_pois="vanish", team_reward="fraction",
+        rover_types=(
+            RoverType("scout", 3, 2, max_speed=1.5, observation_radius=6.0, sensor_resolution=90),
+            RoverType("hauler", 2, 1, max_turn=1.0, max_speed=0.5, sensor_resolution=120),
+            RoverType("kite", 1, 0, 2.0, 4.0, observation_radius=3.0, sensor_resolution=360),
+        ),
+    ),
+    "crew drawn": dict(
+        n_poi_types=2, order="drawn", poi_speed=0.4, bounded=True, sensor="closest", world_size=8.0,
+        rover_types=(RoverType("mast", 1, 1, sensor_resolution=180), RoverType("cart", 3, 2, 0.5, 2.0, 5.0)),
+    ),
 }  # fmt: skip
 
 NEVER = 2**31 - 1
@@ -86,8 +102,9 @@ quick_jit = functools.partial(jax.jit, compiler_options={"xla_backend_optimizati
 
 
 @functools.cache
-def environment(case: str) -> RoverDomain:
-    return RoverDomain(RoverConfig(**CASES[case]))
+def environment(case: str) -> Environment:
+    """With arrays over all rovers, also where they differ."""
+    return uniform(RoverDomain(RoverConfig(**CASES[case])))
 
 
 @functools.cache
@@ -111,8 +128,20 @@ def oracle_world(**fields: Any) -> rover.World:
     if groups:
         chain = chain_of_groups(letters, groups)
     graph = chain if given["parents"] is None else given["parents"]
+    crew = tuple(
+        rules.Kind(
+            name=kind.name,
+            rovers=kind.rovers,
+            coupling=kind.coupling,
+            max_turn=kind.max_turn,
+            max_speed=kind.max_speed,
+            n_sectors=360 // kind.sensor_resolution,
+            radius=kind.observation_radius,
+        )
+        for kind in given["rover_types"]
+    )
     return rover.World(
-        n_agents=given["n_agents"],
+        n_agents=sum(kind.rovers for kind in crew) or given["n_agents"],
         poi_types=tuple(kinds),
         poi_values=tuple(values[kind] for kind in kinds),
         coupling=given["spatial_coupling"],
@@ -133,6 +162,7 @@ def oracle_world(**fields: Any) -> rover.World:
         order_drawn=given["order"] == "drawn",
         poi_speed=given["poi_speed"],
         breakdowns=given["breakdowns"],
+        kinds=crew,
     )
 
 
@@ -234,18 +264,18 @@ def one_world(states: RoverState, w: int) -> rover.State:
 def gap_to_borders(world: rover.World, state: rover.State) -> float:
     """How far, in metres, the state is from one that rounding could turn into another outcome."""
     gap = math.inf
-    width = 2 * math.pi / world.n_sectors
     if world.poi_speed:
         gap = float(np.minimum(state.poi_position, world.world_size - state.poi_position).min())
     for agent in range(world.n_agents):
-        here = state.position[agent]
+        here, own = state.position[agent], world.of(agent)
+        width = 2 * math.pi / own.n_sectors
         others = [state.position[other] for other in range(world.n_agents) if other != agent]
         for there in [*others, *state.poi_position]:
             distance = rover.distance_between(here, there)
             gap = min(gap, abs(distance - world.activation_distance))
-            if world.radius is not None:
-                gap = min(gap, abs(distance - world.radius))
-            if world.n_sectors > 1:
+            if own.radius is not None:
+                gap = min(gap, abs(distance - own.radius))
+            if own.n_sectors > 1:
                 beyond = rover.bearing_of(here, state.heading[agent], there) % width
                 gap = min(gap, distance * math.sin(min(beyond, width - beyond, math.pi / 2)))
     return gap

@@ -6,6 +6,20 @@ import numpy as np
 
 
 @dataclasses.dataclass(frozen=True)
+class Kind:
+    """What rovers of one type can do, where they differ."""
+
+    name: str
+    rovers: int
+    coupling: int
+    """How many of them a POI takes."""
+    max_turn: float
+    max_speed: float
+    n_sectors: int
+    radius: float | None
+
+
+@dataclasses.dataclass(frozen=True)
 class World:
     """The rules of one Rover Domain."""
 
@@ -39,6 +53,19 @@ class World:
     poi_speed: float = 0.0
     breakdowns: int = 0
     """How many rovers break down in an episode."""
+    kinds: tuple[Kind, ...] = ()
+    """Empty where rovers are alike. The first rovers are of the first kind."""
+
+    def kind_of(self, agent: int) -> int:
+        return [place for place, kind in enumerate(self.kinds) for _ in range(kind.rovers)][agent]
+
+    def of(self, agent: int) -> "World":
+        """The rules as they are for one rover."""
+        if not self.kinds:
+            return self
+        kind = self.kinds[self.kind_of(agent)]
+        fields = ("max_turn", "max_speed", "n_sectors", "radius")
+        return dataclasses.replace(self, **{field: getattr(kind, field) for field in fields})
 
     @property
     def n_types(self) -> int:

@@ -1,6 +1,7 @@
 """Dataclasses to command line options, by tyro."""
 
 import dataclasses
+import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -20,6 +21,7 @@ from skillcrew.cli.arguments import (
     parse_seeds,
     parse_skills,
 )
+from skillcrew.cli.things import format_things, parse_things
 from skillcrew.envs.bridges.host_config import Argument, SkillReward
 from skillcrew.envs.bridges.jaxmarl_config import Options as JAXMARL_OPTIONS
 from skillcrew.envs.bridges.jaxmarl_config import Skills as JAXMARL_SKILLS
@@ -73,15 +75,33 @@ def _rule(applies: Callable[[Any], bool], metavar: str, parse: Callable, show: C
 
     @registry.primitive_rule
     def rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
-        if not applies(info.type):
-            return None
-        return PrimitiveConstructorSpec(
-            nargs=1,
-            metavar=metavar,
-            instance_from_str=lambda words: parse(words[0]),
-            is_instance=lambda value: True,
-            str_from_instance=lambda value: [show(value)],
-        )
+        return _of_one_word(metavar, parse, show) if applies(info.type) else None
+
+
+def _of_one_word(metavar: str, parse: Callable, show: Callable) -> PrimitiveConstructorSpec[Any]:
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=lambda words: parse(words[0]),
+        is_instance=lambda value: True,
+        str_from_instance=lambda value: [show(value)],
+    )
+
+
+def _kind_of_things(kind: Any) -> Any:
+    """The dataclass of which a type holds a tuple, for `tuple[Thing, ...] | None`; else None."""
+    held = [typing.get_args(part) for part in typing.get_args(kind) if typing.get_origin(part) is tuple]
+    return next((of for of, *_ in held if isinstance(of, type) and dataclasses.is_dataclass(of)), None)
+
+
+@registry.primitive_rule
+def _things(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    kind = _kind_of_things(info.type)
+    if kind is None:
+        return None
+    first, second, *_ = (field.name for field in dataclasses.fields(kind))
+    metavar = f"{first.upper()}:{second}=VALUE:FIELD=VALUE,…|none"
+    return _of_one_word(metavar, lambda word: parse_things(word, kind), format_things)
 
 
 _rule(lambda kind: kind is int, "INT", parse_count, str)

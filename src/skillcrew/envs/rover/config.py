@@ -4,8 +4,16 @@ import dataclasses
 import math
 import string
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Literal
 
+from skillcrew.envs.rover.checks import (
+    check_count,
+    check_positive,
+    check_resolution,
+    check_speed,
+    checked_values,
+)
+from skillcrew.envs.rover.crew import RoverType, checked_crew
 from skillcrew.envs.rover.order import (
     Graph,
     chain,
@@ -16,6 +24,9 @@ from skillcrew.envs.rover.order import (
     with_singles,
 )
 from skillcrew.errors import UserError, unknown_name
+
+OF_A_TYPE = ("spatial_coupling", "max_turn", "max_speed", "sensor_resolution", "observation_radius")
+"""What each of `rover_types` says of itself."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,14 +84,21 @@ class RoverConfig:
     breakdowns: int = 0
     """Rovers that break down in each episode, each at a step of its own, any as likely: from then on it
     stands still, does not count, and is neither sensed nor approached. Its own sensors go on."""
+    rover_types: tuple[RoverType, ...] | None = ()
+    """Rovers that differ. A POI then takes `coupling` of each type in the same step; what a type says of
+    itself is left out above, and `n_agents` follows. Default: all rovers are alike."""
     team_reward: Literal["binary", "fraction"] = "binary"
     """1 when the last type is observed, or each newly observed type's share of all types."""
 
     def __post_init__(self) -> None:
+        crew = checked_crew(self.rover_types or ())
+        object.__setattr__(self, "rover_types", crew)
+        if crew:
+            self._take_rovers_of_types(crew)
         self._check_sizes()
         self._check_choices()
         if self.poi_values is not None:
-            object.__setattr__(self, "poi_values", _checked_values(self.poi_values, self.n_poi_types))
+            object.__setattr__(self, "poi_values", checked_values(self.poi_values, self.n_poi_types))
         if self.parents is not None:
             object.__setattr__(self, "parents", checked_parents(self.parents, self.type_names))
         groups = () if self.simultaneous is None else checked_groups(self.simultaneous, self.type_names)
@@ -102,6 +120,22 @@ class RoverConfig:
         targets = [f"poi_{name}" for name in self.type_names] + ["agent"] * (self.n_agents > 1)
         return tuple(f"{verb}_{target}" for target in targets for verb in ("go_to", "go_away_from"))
 
+    @property
+    def crew(self) -> tuple[RoverType, ...]:
+        """The types of rovers; a single one where all are alike."""
+        if self.rover_types:
+            return self.rover_types
+        alike = RoverType(
+            "rover",
+            self.n_agents,
+            self.spatial_coupling,
+            self.max_turn,
+            self.max_speed,
+            self.observation_radius,
+            self.sensor_resolution,
+        )
+        return (alike,)
+
     def summary(self) -> str:
         """One line on sizes, and on what it has beyond them."""
         groups = " then ".join("+".join(group) for group in self.simultaneous or ())
@@ -111,9 +145,13 @@ class RoverConfig:
             "POIs move": self.poi_speed,
             f"{self.breakdowns} breaks down": self.breakdowns,
         }
+        rovers, coupling = f"{self.n_agents} rover(s)", str(self.spatial_coupling)
+        if self.rover_types:
+            rovers = " + ".join(f"{kind.rovers} {kind.name}" for kind in self.rover_types)
+            coupling = " + ".join(f"{kind.coupling} {kind.name}" for kind in self.rover_types)
         sizes = (
-            f"{self.n_agents} rover(s), {self.n_poi_types} POI types, spatial coupling "
-            f"{self.spatial_coupling}, {self.episode_length} steps"
+            f"{rovers}, {self.n_poi_types} POI types, spatial coupling {coupling}, "
+            f"{self.episode_length} steps"
         )
         return sizes + "".join(f", {what}" for what, holds in said.items() if holds)
 
@@ -139,9 +177,9 @@ class RoverConfig:
         return tuple(self._indices(group) for group in sorted_by_parents(groups, self._graph))
 
     @property
-    def rovers_at_once(self) -> int:
-        """How many rovers the largest group takes."""
-        return self.spatial_coupling * max(len(group) for group in self.group_indices)
+    def largest_group(self) -> int:
+        """How many types are observed at once at most."""
+        return max(len(group) for group in self.group_indices)
 
     @property
     def _graph(self) -> Graph:
@@ -152,16 +190,29 @@ class RoverConfig:
     def _indices(self, names: Sequence[str]) -> tuple[int, ...]:
         return tuple(self.type_names.index(name) for name in names)
 
+    def _take_rovers_of_types(self, crew: tuple[RoverType, ...]) -> None:
+        for field in OF_A_TYPE:
+            value = getattr(self, field)
+            if value != type(self).__dataclass_fields__[field].default:
+                raise UserError(f"{field} = {value!r}: not with rover_types, which say it; leave it out")
+        if self.breakdowns != 0:
+            raise UserError(f"breakdowns = {self.breakdowns!r}: not with rover_types; leave it out")
+        rovers = sum(kind.rovers for kind in crew)
+        if self.n_agents not in (1, rovers):
+            raise UserError(
+                f"n_agents = {self.n_agents!r}: rover_types have {rovers} together; give {rovers} or leave "
+                "it out"
+            )
+        object.__setattr__(self, "n_agents", rovers)
+
     def _check_sizes(self) -> None:
         for field in ("n_agents", "n_poi_types", "pois_per_type", "spatial_coupling", "episode_length"):
-            value = getattr(self, field)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise UserError(f"{field} = {value!r}: give a whole number of at least 1")
+            check_count(field, getattr(self, field))
         for field in ("world_size", "max_turn", "max_speed", "activation_distance", "min_distance"):
-            _check_positive(field, getattr(self, field))
-        _check_speed("poi_speed", self.poi_speed, self.world_size)
+            check_positive(field, getattr(self, field))
+        check_speed("poi_speed", self.poi_speed, self.world_size)
         if self.observation_radius is not None:
-            _check_positive("observation_radius", self.observation_radius)
+            check_positive("observation_radius", self.observation_radius)
         if self.n_poi_types > len(string.ascii_uppercase):
             raise UserError(f"n_poi_types = {self.n_poi_types}: at most {len(string.ascii_uppercase)} types")
         if self.spatial_coupling > self.n_agents:
@@ -170,12 +221,7 @@ class RoverConfig:
                 f"n_agents = {self.n_agents}, so that no POI could ever be observed; "
                 "lower spatial_coupling or raise n_agents"
             )
-        resolution = self.sensor_resolution
-        whole = isinstance(resolution, int) and not isinstance(resolution, bool)
-        if not whole or resolution < 1 or 360 % resolution:
-            raise UserError(
-                f"sensor_resolution = {resolution!r}: give whole degrees that divide 360, such as 90"
-            )
+        check_resolution("sensor_resolution", self.sensor_resolution)
 
     def _check_choices(self) -> None:
         choices = {"sensor": ("density", "closest"), "observed_pois": ("persist", "vanish")}
@@ -199,37 +245,22 @@ class RoverConfig:
             )
 
     def _check_rovers_suffice(self) -> None:
-        needed = self.rovers_at_once
+        for kind in self.rover_types or ():
+            if (needed := kind.coupling * self.largest_group) > kind.rovers:
+                raise UserError(
+                    f"simultaneous = {self.simultaneous}: the largest group takes {needed} of rover type "
+                    f"{kind.name} at once, above rovers = {kind.rovers}; lower its coupling or raise rovers"
+                )
+        needed = self.spatial_coupling * self.largest_group
         if needed > self.n_agents:
             raise UserError(
                 f"simultaneous = {self.simultaneous}: the largest group takes {needed} rovers at once, "
                 f"above n_agents = {self.n_agents}; lower spatial_coupling or raise n_agents"
             )
         broken, spare = self.breakdowns, self.n_agents - needed
-        if isinstance(broken, bool) or not isinstance(broken, int) or broken < 0:
-            raise UserError(f"breakdowns = {broken!r}: give a whole number of at least 0")
+        check_count("breakdowns", broken, least=0)
         if broken > spare:
             raise UserError(
                 f"breakdowns = {broken}: no rover to spare, since {needed} of n_agents = {self.n_agents} are "
                 f"needed at once; give at most {spare}"
             )
-
-
-def _check_positive(field: str, value: Any) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise UserError(f"{field} = {value!r}: give a positive number")
-
-
-def _check_speed(field: str, value: Any, most: float) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most:
-        raise UserError(f"{field} = {value!r}: give a number from 0 to world_size = {most}")
-
-
-def _checked_values(values: Any, n_poi_types: int) -> tuple[float, ...]:
-    mend = f"poi_values = {values!r}: give {n_poi_types} positive numbers, one per POI type"
-    if isinstance(values, str) or not isinstance(values, Sequence) or len(values) != n_poi_types:
-        raise UserError(mend)
-    for value in values:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-            raise UserError(mend)
-    return tuple(float(value) for value in values)

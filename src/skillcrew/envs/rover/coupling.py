@@ -5,6 +5,8 @@ import functools
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from skillcrew.envs.rover.crew import Ranks
+
 PerType = Bool[Array, "types *worlds"]
 
 
@@ -39,12 +41,12 @@ def newly_observed(
     unlocked: PerType,
     groups: tuple[tuple[int, ...], ...],
     pois_per_type: int,
-    spatial_coupling: int,
+    crew: Ranks,
     activation_distance: float,
 ) -> Bool[Array, "pois *worlds"]:
     """Which POIs meet all couplings in this step (thesis, section 4.1).
 
-    Spatial: at least `spatial_coupling` rovers within `activation_distance` at this very step.
+    Spatial: of each type of rovers at least its `coupling` within `activation_distance` at this very step.
     Temporal: the type is unlocked by what was observed at *earlier* steps. Simultaneous: the same
     holds of a POI of each other type of its group.
 
@@ -54,7 +56,8 @@ def newly_observed(
         groups: types by the group that they are in, each type in exactly one.
     """
     near = squared_distance <= activation_distance**2
-    enough = near.sum(1, dtype=jnp.int32) >= spatial_coupling
+    demands = [near[:, rows].sum(1, dtype=jnp.int32) >= kind.coupling for kind, rows in crew if kind.coupling]
+    enough = functools.reduce(jnp.logical_and, demands)
     met = types_observed(enough, pois_per_type) & unlocked
     others = {kind: [other for other in group if other != kind] for group in groups for kind in group}
     ready = [

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.crew import of_each
 from skillcrew.envs.rover.state import RoverState
 
 Direction = tuple[Float[Array, "agents *worlds"], Float[Array, "agents *worlds"]]
@@ -17,7 +18,8 @@ def moved(
 ) -> tuple[RoverState, Direction]:
     """Each rover turns, then drives along its new heading; POIs move at the same time."""
     action = jnp.clip(action, -1.0, 1.0)
-    turn, drive = action[:, 0] * config.max_turn, (action[:, 1] + 1) / 2 * config.max_speed
+    turn = action[:, 0] * _most(config, "max_turn", action[:, 0])
+    drive = (action[:, 1] + 1) / 2 * _most(config, "max_speed", action[:, 1])
     working = state.working()
     if working is not None:
         turn, drive = jnp.where(working, turn, 0.0), jnp.where(working, drive, 0.0)
@@ -29,6 +31,14 @@ def moved(
         position = jnp.clip(position, 0.0, config.world_size)
     state = dataclasses.replace(state, position=position, heading=heading)
     return _drifted(config, state), (cosine, sine)
+
+
+def _most(
+    config: RoverConfig, field: str, like: Float[Array, "agents *worlds"]
+) -> Float[Array, "agents *ones"]:
+    """What each rover can do at most."""
+    most = jnp.asarray(of_each(config.crew, field), like.dtype)
+    return most.reshape(-1, *(1,) * (like.ndim - 1))
 
 
 def _drifted(config: RoverConfig, state: RoverState) -> RoverState:

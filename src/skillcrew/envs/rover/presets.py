@@ -1,8 +1,18 @@
 """The Rover Domain's named configurations."""
 
 from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.crew import RoverType
 
 _AB_THEN_CD = (("A", "B"), ("C", "D"))
+
+
+def _crew(scouts: int, haulers: int, scouts_at_poi: int) -> tuple[RoverType, ...]:
+    """Fast scouts with a fine sensor, and haulers that turn and drive slowly and do not see as far."""
+    return (
+        RoverType("scout", scouts, coupling=scouts_at_poi, max_speed=1.5, sensor_resolution=45),
+        RoverType("hauler", haulers, coupling=1, max_turn=1.5, max_speed=0.75, observation_radius=20.0),
+    )
+
 
 PRESETS: dict[str, RoverConfig] = {
     # Without an order of types, the kind of task that MERL was published on (spatial coupling 3).
@@ -42,5 +52,8 @@ PRESETS: dict[str, RoverConfig] = {
         simultaneous=_AB_THEN_CD,
         breakdowns=1,
     ),
+    # Rovers of two types, of which a POI takes both.
+    "rover-t2-crew": RoverConfig(n_poi_types=2, episode_length=50, rover_types=_crew(2, 1, 1)),
+    "rover-t3-crew": RoverConfig(n_poi_types=3, episode_length=60, rover_types=_crew(4, 2, 2)),
 }
 """By name. docs/environments/rover.md says what each is for."""

@@ -14,6 +14,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 PerRover = Float[Array, "agents *worlds"]
+Reflector = tuple[PerRover, PerRover, float, Bool[Array, "..."] | None]
+"""Its offset from every rover along x and y, its value V, and a mask of where it is sensed at all (None:
+everywhere)."""
 
 
 def sector_borders(n_sectors: int) -> list[tuple[float, float]]:
@@ -81,16 +84,8 @@ class Reflections:
         self._radius_squared = None if radius is None else radius**2
         self._combine: Callable[[Array, Array], Array] = jnp.maximum if closest else jnp.add
 
-    def channel(
-        self,
-        reflectors: Iterable[tuple[PerRover, PerRover, float, Bool[Array, "..."] | None]],
-    ) -> list[PerRover]:
-        """The channel's reading in each sector: Σ V/δ², or max V/δ² if occluded (eq. 4.1, 4.2).
-
-        Args:
-            reflectors: for each, its offset from every rover along x and y, its value V, and a
-                mask of where it is sensed at all (None: everywhere).
-        """
+    def channel(self, reflectors: Iterable[Reflector]) -> list[PerRover]:
+        """The channel's reading in each sector: Σ V/δ², or max V/δ² if occluded (eq. 4.1, 4.2)."""
         silence = jnp.zeros_like(self._cosine)
         per_reflector = [self._per_sector(*reflector) for reflector in reflectors]
         return [

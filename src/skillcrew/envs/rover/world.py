@@ -2,16 +2,20 @@
 
 import dataclasses
 import functools
+from collections.abc import Sequence
+from typing import Any
 
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key
 
-from skillcrew.envs.environment import Environment, TimeStep
+from skillcrew.envs.agent_type import AgentType
+from skillcrew.envs.environment import Environment, TimeStep, TimeStepByType
 from skillcrew.envs.rover import coupling, rewards
 from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.crew import RoverType, ranks
 from skillcrew.envs.rover.motion import Direction, direction_of, moved
 from skillcrew.envs.rover.presets import PRESETS
-from skillcrew.envs.rover.sensors import Reflections
+from skillcrew.envs.rover.sensors import Reflections, Reflector
 from skillcrew.envs.rover.state import RoverState, draw_state
 
 
@@ -20,7 +24,9 @@ class RoverDomain(Environment):
 
     All positions are redrawn at every reset: rovers in the central 30 % of each axis with any
     heading, POIs anywhere in the square. The action's first entry turns by up to `max_turn`, its
-    second drives 0 to `max_speed` along the new heading; entries beyond [-1, 1] are clipped.
+    second drives 0 to `max_speed` along the new heading; entries beyond [-1, 1] are clipped. Where
+    rovers differ (`RoverConfig.rover_types`), observations, actions and local rewards are
+    dictionaries by type.
     """
 
     name = "rover"
@@ -31,33 +37,48 @@ class RoverDomain(Environment):
 
     def __init__(self, config: RoverConfig):
         self.config = config
-        self.n_agents = config.n_agents
-        self.n_sectors = 360 // config.sensor_resolution
-        calls = config.n_poi_types if config.order == "drawn" else 0
-        self.observation_size = self.n_sectors * (1 + config.n_poi_types) + calls
-        self.action_size = 2
+        self.crew = ranks(config.crew)
         self.episode_length = config.episode_length
-        self.skills = config.skills
+        kinds = [self._agent_type(kind) for kind in config.crew]
+        if config.rover_types:
+            self.types = tuple(kinds)
+        else:
+            alike = kinds[0]
+            self.n_agents, self.skills = alike.agents, alike.skills
+            self.observation_size, self.action_size = alike.observation_size, alike.action_size
 
-    def reset(self, key: Key[Array, ""]) -> tuple[RoverState, Float[Array, "agents obs"]]:
+    def _agent_type(self, kind: RoverType) -> AgentType:
+        channels = len(self.crew) + self.config.n_poi_types
+        calls = self.config.n_poi_types if self.config.order == "drawn" else 0
+        return AgentType(kind.name, kind.rovers, kind.sectors * channels + calls, 2, self.config.skills)
+
+    def reset(self, key: Key[Array, ""]) -> tuple[RoverState, Any]:
         state = draw_state(self.config, key)
         return state, self._observe(state, direction_of(state.heading))
 
-    def step(
-        self, state: RoverState, action: Float[Array, "agents 2"], key: Key[Array, ""]
-    ) -> tuple[RoverState, TimeStep]:
+    def step(self, state: RoverState, action: Any, key: Key[Array, ""]) -> tuple[RoverState, Any]:
         del key  # The domain is deterministic once drawn.
-        return self._advance(state, action)
+        return self._advance(state, self._of_all(action))
 
     def step_worlds(
-        self, state: RoverState, action: Float[Array, "agents 2 worlds"], keys: Key[Array, " worlds"]
-    ) -> tuple[RoverState, TimeStep]:
+        self, state: RoverState, action: Any, keys: Key[Array, " worlds"]
+    ) -> tuple[RoverState, Any]:
         del keys
-        return self._advance(state, action)
+        return self._advance(state, self._of_all(action))
+
+    def _of_all(self, action: Any) -> Float[Array, "agents 2 *worlds"]:
+        """All rovers' actions in one array."""
+        return jnp.concatenate([action[kind.name] for kind in self.types]) if self.types else action
+
+    def _by_type(self, of_types: Sequence[Array]) -> Any:
+        """Each type's array by its name; where rovers are alike, the only one."""
+        if not self.types:
+            return of_types[0]
+        return {kind.name: own for (kind, _), own in zip(self.crew, of_types, strict=True)}
 
     def _advance(
         self, state: RoverState, action: Float[Array, "agents 2 *worlds"]
-    ) -> tuple[RoverState, TimeStep]:
+    ) -> tuple[RoverState, TimeStep | TimeStepByType]:
         config = self.config
         state, direction = moved(config, state, action)
         poi_squared = self._poi_squared_distances(state)
@@ -67,9 +88,10 @@ class RoverDomain(Environment):
         after = coupling.types_observed(observed, config.pois_per_type)
         state = dataclasses.replace(state, observed=observed, time=state.time + 1)
         terminated = after.all(0)
-        return state, TimeStep(
+        returned = TimeStepByType if self.types else TimeStep
+        return state, returned(
             observation=self._observe(state, direction),
-            local_rewards=local_rewards,
+            local_rewards=self._by_type([local_rewards[rows] for _, rows in self.crew]),
             team_reward=rewards.team_reward(before, after, config.team_reward),
             terminated=terminated,
             truncated=(state.time >= config.episode_length) & ~terminated,
@@ -97,7 +119,7 @@ class RoverDomain(Environment):
             unlocked,
             config.group_indices,
             config.pois_per_type,
-            config.spatial_coupling,
+            self.crew,
             config.activation_distance,
         )
 
@@ -129,44 +151,61 @@ class RoverDomain(Environment):
         working = state.working()
         return others if working is None else others & working[None, other]
 
-    def _calls(self, state: RoverState, like: Float[Array, "agents *worlds"]) -> list[Array]:
+    def _observe(self, state: RoverState, direction: Direction) -> Any:
+        return self._by_type([self._sensed(kind, rows, state, direction) for kind, rows in self.crew])
+
+    def _sensed(
+        self, kind: RoverType, rows: slice, state: RoverState, direction: Direction
+    ) -> Float[Array, "rovers obs *worlds"]:
+        """What rovers of one type sense, sector by sector, and then the calls.
+
+        In each sector there is one channel per type of rovers, then one per POI type.
+        """
+        config = self.config
+        reflections = Reflections(
+            (direction[0][rows], direction[1][rows]),
+            kind.sectors,
+            config.min_distance,
+            kind.observation_radius,
+            closest=config.sensor == "closest",
+        )
+        rovers = [self._rovers_around(rows, others, state) for _, others in self.crew]
+        pois = [self._pois_around(rows, poi_type, state) for poi_type in range(config.n_poi_types)]
+        channels = [reflections.channel(reflectors) for reflectors in (*rovers, *pois)]
+        readings = [channel[q] for q in range(kind.sectors) for channel in channels]
+        return jnp.stack([*readings, *self._calls(state, like=readings[0])], axis=1)
+
+    def _rovers_around(self, rows: slice, others: slice, state: RoverState) -> list[Reflector]:
+        """All rovers of one type, to be sensed by those of another, or of the same one."""
+        around = range(others.start, others.stop)
+        if others == rows and len(around) == 1:
+            return []
+        position = state.position[rows]
+        return [
+            (*_offsets(position, state.position[other]), 1.0, self._meets(other, state)[rows])
+            for other in around
+        ]
+
+    def _pois_around(self, rows: slice, poi_type: int, state: RoverState) -> list[Reflector]:
+        config = self.config
+        vanish = config.observed_pois == "vanish"
+        first = poi_type * config.pois_per_type
+        return [
+            (
+                *_offsets(state.position[rows], state.poi_position[poi]),
+                config.values[poi_type],
+                ~state.observed[None, poi] if vanish else None,
+            )
+            for poi in range(first, first + config.pois_per_type)
+        ]
+
+    def _calls(self, state: RoverState, like: Float[Array, "rovers *worlds"]) -> list[Array]:
         """What rovers hear of each type, if the order is drawn: 1 if it is the next, else 0."""
         if state.order is None:
             return []
         done = coupling.types_observed(state.observed, self.config.pois_per_type)
         is_next = coupling.next_in_order(done, state.order).astype(like.dtype)
         return [jnp.broadcast_to(calls, like.shape) for calls in is_next]
-
-    def _observe(self, state: RoverState, direction: Direction) -> Float[Array, "agents obs *worlds"]:
-        """Sector-major: for each sector the rover channel, then one channel per POI type; then the calls."""
-        config = self.config
-        reflections = Reflections(
-            direction,
-            self.n_sectors,
-            config.min_distance,
-            config.observation_radius,
-            closest=config.sensor == "closest",
-        )
-        rovers = [
-            (*_offsets(state.position, state.position[other]), 1.0, self._meets(other, state))
-            for other in range(self.n_agents)
-        ]
-        channels = [reflections.channel(rovers if self.n_agents > 1 else [])]
-        vanish = config.observed_pois == "vanish"
-        for poi_type, value in enumerate(config.values):
-            first = poi_type * config.pois_per_type
-            channels.append(
-                reflections.channel(
-                    (
-                        *_offsets(state.position, state.poi_position[poi]),
-                        value,
-                        ~state.observed[None, poi] if vanish else None,
-                    )
-                    for poi in range(first, first + config.pois_per_type)
-                )
-            )
-        readings = [channel[q] for q in range(self.n_sectors) for channel in channels]
-        return jnp.stack([*readings, *self._calls(state, like=readings[0])], axis=1)
 
 
 def _offsets(
