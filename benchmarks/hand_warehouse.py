@@ -20,7 +20,9 @@ def actions(
     ends = [-1] * config.n_shelves + [1] * config.n_stations
     places = [observation[:, 2 + 2 * place : 4 + 2 * place] for place in range(len(ends))]
     ways = [_way(config, gap, place, side) for place, side in zip(places, ends, strict=True)]
-    return jnp.stack([*(towards(way, config.max_speed) for way in ways), towards(-10 * gap, config.max_speed)])
+    return jnp.stack(
+        [*(towards(way, config.max_speed) for way in ways), towards(-10 * gap, config.max_speed)]
+    )
 
 
 def _way(config: WarehouseConfig, gap: Array, place: Array, side: int) -> Array:

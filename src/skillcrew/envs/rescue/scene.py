@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 
 from skillcrew.envs.rescue.config import RescueConfig
-from skillcrew.envs.rescue.search import cell_centres
+from skillcrew.envs.rescue.search import centre_of
 from skillcrew.envs.rescue.state import RescueState
 from skillcrew.envs.scene import Discs, Lines, Points, Scene
 
@@ -26,7 +26,7 @@ def scene(config: RescueConfig, state: RescueState) -> Scene:
             Discs("sensors", state.position, jnp.full(agents, config.sensor_radius)),
             Discs(
                 "searched",
-                jnp.array(cell_centres(config)),
+                jnp.stack(centre_of(config, jnp.arange(cells)), axis=1),
                 jnp.full(cells, config.cell_size / 2),
                 state=jnp.where(state.searched, 0, -1),
                 states=("searched",),

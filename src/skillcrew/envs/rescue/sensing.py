@@ -7,6 +7,7 @@ from jaxtyping import Array, Bool, Float
 
 from skillcrew.envs.plane import Nearest, Offset, either, nearest, offset, others
 from skillcrew.envs.rescue.config import RescueConfig
+from skillcrew.envs.rescue.search import to_cell
 from skillcrew.envs.rescue.state import RescueState
 
 HELD = -1.0
@@ -26,12 +27,12 @@ class Sensed(NamedTuple):
     """The nearest victim that nobody holds and that another agent senses."""
     agent: Nearest
     """The nearest other."""
-    unsearched: Nearest
+    unsearched: Offset
     """The cell to search next."""
 
 
-def sense(config: RescueConfig, state: RescueState, unsearched: Nearest) -> Sensed:
-    """What each agent senses, given the cell that it is to search next."""
+def sense(config: RescueConfig, state: RescueState) -> Sensed:
+    """What each agent senses and hears in a state."""
     offsets = [offset(state.position, victim) for victim in state.victim]
     lying = ~state.saved & ~either(state.held[:, agent] for agent in range(config.n_agents))
     sensed = [
@@ -50,13 +51,12 @@ def sense(config: RescueConfig, state: RescueState, unsearched: Nearest) -> Sens
         holding=holding,
         call=nearest((one, _by_others(near), None) for one, near in zip(offsets, sensed, strict=True)),
         agent=others(state.position),
-        unsearched=unsearched,
+        unsearched=to_cell(config, state.position, state.next_cell),
     )
 
 
-def observation(config: RescueConfig, sensed: Sensed) -> Float[Array, "agents obs *worlds"]:
+def observation(sensed: Sensed) -> Float[Array, "agents obs *worlds"]:
     """The numbers that an agent sees; flags are 0 or 1, offsets in metres along the square's axes."""
-    del config
     like = sensed.base.dx
     readings = [
         *sensed.base,
@@ -67,7 +67,7 @@ def observation(config: RescueConfig, sensed: Sensed) -> Float[Array, "agents ob
         sensed.call.there,
         *sensed.call.offset,
         *sensed.agent.offset,
-        *sensed.unsearched.offset,
+        *sensed.unsearched,
     ]
     return jnp.stack([reading.astype(like.dtype) for reading in readings], axis=1)
 

@@ -24,12 +24,14 @@ class RescueState(eqx.Module):
     saved: Bool[Array, "victims *worlds"]
     searched: Bool[Array, "cells *worlds"]
     """Row by row, the first axis slowest."""
+    next_cell: Int[Array, "agents *worlds"]
+    """Which cell each agent is to search next."""
     time: Int[Array, "*worlds"]
     """Steps since the reset."""
 
 
 def draw_state(config: RescueConfig, key: Key[Array, ""]) -> RescueState:
-    """A world at the start of an episode."""
+    """A world at the start of an episode, in which nobody has begun to search."""
     agents, victims, size = config.n_agents, config.n_victims, config.world_size
     # One draw for everything: each random operation of its own takes XLA long to compile.
     draw = jax.random.uniform(key, (2 * (1 + agents + victims),)).reshape(-1, 2)
@@ -45,5 +47,6 @@ def draw_state(config: RescueConfig, key: Key[Array, ""]) -> RescueState:
         held=jnp.zeros((victims, agents), bool),
         saved=jnp.zeros(victims, bool),
         searched=jnp.zeros(config.cells**2, bool),
+        next_cell=jnp.zeros(agents, jnp.int32),
         time=jnp.zeros((), jnp.int32),
     )

@@ -14,7 +14,7 @@ from skillcrew.envs.plane import Nearest, closeness, driven, either, offset
 from skillcrew.envs.rescue.config import SKILL_TEXTS, RescueConfig
 from skillcrew.envs.rescue.presets import PRESETS
 from skillcrew.envs.rescue.scene import scene
-from skillcrew.envs.rescue.search import search
+from skillcrew.envs.rescue.search import next_cells, searched_from, to_cell
 from skillcrew.envs.rescue.sensing import OBSERVATION_SIZE, Sensed, observation, sense
 from skillcrew.envs.rescue.state import RescueState, draw_state
 from skillcrew.envs.scene import Scene
@@ -44,9 +44,8 @@ class RescueDomain(Environment):
 
     def reset(self, key: Key[Array, ""]) -> tuple[RescueState, Float[Array, "agents obs"]]:
         state = draw_state(self.config, key)
-        searched, unsearched = search(self.config, state.position, state.searched)
-        state = dataclasses.replace(state, searched=searched)
-        return state, observation(self.config, sense(self.config, state, unsearched))
+        state = self._marked(state)
+        return state, observation(sense(self.config, state))
 
     def step(
         self, state: RescueState, action: Float[Array, "agents 2"], key: Key[Array, ""]
@@ -69,8 +68,11 @@ class RescueDomain(Environment):
         return jax.vmap(lambda one: self._team_reward(state, self._moved(state, action, one)))(times)
 
     def central_state(self, state: RescueState) -> Float[Array, " features"]:
-        """Where everybody is as seen from the base, who holds and is saved, what is searched, and the time."""
-        away = [(place - state.base[None]).ravel() for place in (state.position, state.victim)]
+        """Where all are as seen from the base, who holds whom, who is saved, what is searched, the time."""
+        away = [
+            jnp.ravel(place - jnp.broadcast_to(state.base[None], place.shape))
+            for place in (state.position, state.victim)
+        ]
         flags = [flag.ravel().astype(jnp.float32) for flag in (state.held, state.saved, state.searched)]
         return jnp.concatenate([state.base, *away, *flags, state.time[None] / self.episode_length])
 
@@ -82,20 +84,22 @@ class RescueDomain(Environment):
         self, state: RescueState, action: Float[Array, "agents 2 *worlds"]
     ) -> tuple[RescueState, TimeStep]:
         config = self.config
-        _, target = search(config, state.position, state.searched)
-        after = self._moved(state, action, jnp.ones(self.n_agents))
-        progress = self._progress(target, after.position - state.position)
-        searched, unsearched = search(config, after.position, state.searched)
-        after = dataclasses.replace(after, searched=searched)
-        sensed = sense(config, after, unsearched)
+        after = self._marked(self._moved(state, action, jnp.ones(self.n_agents)))
+        sensed = sense(config, after)
         terminated = after.saved.all(0)
         return after, TimeStep(
-            observation=observation(config, sensed),
-            local_rewards=self._local_rewards(sensed, progress),
+            observation=observation(sensed),
+            local_rewards=self._local_rewards(sensed, self._progress(state, after)),
             team_reward=self._team_reward(state, after),
             terminated=terminated,
             truncated=(after.time >= config.episode_length) & ~terminated,
         )
+
+    def _marked(self, state: RescueState) -> RescueState:
+        """With what agents search where they are, and what is next for them."""
+        searched = searched_from(self.config, state.position, state.searched)
+        next_cell = next_cells(self.config, state.position, searched)
+        return dataclasses.replace(state, searched=searched, next_cell=next_cell)
 
     def _moved(
         self, state: RescueState, action: Float[Array, "agents 2 *worlds"], copies: carrying.Copies
@@ -120,14 +124,12 @@ class RescueDomain(Environment):
         """1 in the step that saves the last victim."""
         return (after.saved.all(0) & ~before.saved.all(0)).astype(jnp.float32)
 
-    def _progress(
-        self, target: Nearest, moved: Float[Array, "agents 2 *worlds"]
-    ) -> Float[Array, "agents *worlds"]:
+    def _progress(self, before: RescueState, after: RescueState) -> Float[Array, "agents *worlds"]:
         """How much nearer agents have come to the cell that was next for them, as a share of the most."""
-        before = target.offset.squared
-        dx, dy = target.offset.dx - moved[:, 0], target.offset.dy - moved[:, 1]
-        nearer = jnp.sqrt(before) - jnp.sqrt(dx * dx + dy * dy)
-        return nearer / self.config.max_speed
+        was, now = (
+            jnp.sqrt(to_cell(self.config, one.position, before.next_cell).squared) for one in (before, after)
+        )
+        return (was - now) / self.config.max_speed
 
     def _local_rewards(
         self, sensed: Sensed, progress: Float[Array, "agents *worlds"]

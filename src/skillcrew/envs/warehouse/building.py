@@ -39,9 +39,7 @@ def in_corridor(
     return jnp.abs(position[:, 0]) < config.corridor_length / 2
 
 
-def barred(
-    state: WarehouseState, inside: Bool[Array, "agents *worlds"]
-) -> Bool[Array, "agents *worlds"]:
+def barred(state: WarehouseState, inside: Bool[Array, "agents *worlds"]) -> Bool[Array, "agents *worlds"]:
     """For whom the corridor is occupied: by any other agent, but for those who hold the same load."""
     return jnp.stack(
         [

@@ -93,12 +93,12 @@ class WarehouseConfig:
 
     @property
     def shelf_names(self) -> tuple[str, ...]:
-        """A, B, …"""
+        """By letters: A, B and so on."""
         return tuple(string.ascii_uppercase[: self.n_shelves])
 
     @property
     def station_names(self) -> tuple[str, ...]:
-        """1, 2, …"""
+        """By numbers: 1, 2 and so on."""
         return tuple(str(station + 1) for station in range(self.n_stations))
 
     def summary(self) -> str:

@@ -1,14 +1,14 @@
-"""The warehouse: a team that brings loads from shelves to stations, together and through a narrow corridor."""
+"""The warehouse: a team that brings loads from shelves to stations, through a narrow corridor."""
 
 import dataclasses
 from collections.abc import Mapping
 
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Key
+from jaxtyping import Array, Bool, Float, Int, Key
 
 from skillcrew.envs import carrying
 from skillcrew.envs.environment import Environment, TimeStep
-from skillcrew.envs.plane import offset
+from skillcrew.envs.plane import Offset, offset
 from skillcrew.envs.scene import Scene
 from skillcrew.envs.warehouse.building import barred, in_corridor, moved, path_length
 from skillcrew.envs.warehouse.config import WarehouseConfig
@@ -88,9 +88,7 @@ class WarehouseDomain(Environment):
             truncated=(after.time >= self.episode_length) & ~terminated,
         )
 
-    def _moved(
-        self, state: WarehouseState, action: Float[Array, "agents 2 *worlds"]
-    ) -> WarehouseState:
+    def _moved(self, state: WarehouseState, action: Float[Array, "agents 2 *worlds"]) -> WarehouseState:
         """After everybody has moved, carried, let go, delivered and lifted."""
         config = self.config
         position = moved(config, state, action)
@@ -163,7 +161,8 @@ class WarehouseDomain(Environment):
         return jnp.stack([*places, *everyone, *own], axis=1)
 
 
-def _gap_offset(state: WarehouseState):
+def _gap_offset(state: WarehouseState) -> Offset:
+    """Of the corridor's middle."""
     return offset(state.position, jnp.stack([jnp.zeros_like(state.gap), state.gap]))
 
 
@@ -174,11 +173,10 @@ def _squared(
 
 
 def _of_each(
-    index, places: Float[Array, "places 2 *worlds"]
+    index: Int[Array, "orders *worlds"], places: Float[Array, "places 2 *worlds"]
 ) -> Float[Array, "orders 2 *worlds"]:
     """The place that each order names."""
-    picked = [(index == place)[:, None] & True for place in range(len(places))]
-    return sum(
-        (jnp.where(chosen, one[None], 0.0) for chosen, one in zip(picked, places, strict=True)),
-        start=jnp.zeros(()),
-    )
+    picked = jnp.zeros_like(places, shape=(len(index), *places.shape[1:]))
+    for number, place in enumerate(places):
+        picked = jnp.where((index == number)[:, None], place[None], picked)
+    return picked

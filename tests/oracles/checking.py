@@ -1,0 +1,14 @@
+"""What `check_environment` says, in a fraction of the time."""
+
+from typing import Any
+
+import skillcrew as sc
+from oracles.rover_cases import quick_jit
+from skillcrew.envs.checks.report import Finding
+
+
+def complaints(env: Any) -> list[Finding]:
+    """All that is not fine. Steps are compiled: operation by operation they take minutes."""
+    for name in ("reset", "step", "reset_worlds", "step_worlds"):
+        setattr(env, name, quick_jit(getattr(env, name)))
+    return [one for one in sc.check_environment(env).findings if one.level != "fine"]
