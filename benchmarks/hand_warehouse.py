@@ -36,7 +36,7 @@ def _way(config: WarehouseConfig, gap: Array, place: Array, side: int) -> Array:
 
 
 def told(env: WarehouseDomain, state: WarehouseState) -> Int[Array, "agents worlds"]:
-    """Bearers to their stations; as many as it takes to each load, also one that is still to come."""
+    """Bearers to their stations; as many as it takes to each load that waits; others to the middle shelf."""
     return jax.vmap(lambda one: _told(env, one), in_axes=-1, out_axes=-1)(state)
 
 
@@ -48,9 +48,6 @@ def _told(env: WarehouseDomain, state: WarehouseState) -> Int[Array, " agents"]:
     come = state.comes_at <= state.time
     free = ~state.held.any(0)
     target = assigned(distance, lying & come, free, config.coupling)
-    # The others go where loads will be, as far as there are enough of them.
-    later = assigned(distance, lying & ~come, free & (target < 0), config.coupling)
-    target = jnp.where(target < 0, later, target)
-    to_load = jnp.where(target < 0, env.skills.index("stand_aside"), state.from_shelf[target])
+    to_load = jnp.where(target < 0, config.n_shelves // 2, state.from_shelf[target])
     to_station = config.n_shelves + (state.held * state.to_station[:, None]).sum(0)
     return jnp.where(free, to_load, to_station).astype(jnp.int32)
