@@ -69,21 +69,24 @@ def at_random(env: Any, key: Key[Array, ""], episodes: int = EPISODES) -> Float[
     ).mean()
 
 
-@functools.partial(jax.jit, static_argnums=(0, 2))
-def best_timetable(env: Any, key: Key[Array, ""], shared: bool) -> Float[Array, ""]:
+@functools.partial(jax.jit, static_argnums=(0, 2, 3, 4))
+def best_timetable(
+    env: Any, key: Key[Array, ""], shared: bool, tables: int = TIMETABLES, trials: int = TRIALS
+) -> Float[Array, ""]:
     """The share that the best of many random timetables finishes, chosen on other episodes.
 
     Args:
         shared: one timetable for all agents, or one for each.
+        trials: episodes in which each of them is tried.
     """
     key_tables, key_trial, key_score = jax.random.split(key, 3)
-    tables = _tables(env, key_tables, shared)
-    trial = _follow(env, tables, key_trial, TRIALS).mean(1)
-    best = tables[:, :, trial.argmax()]
+    drawn = _tables(env, key_tables, shared, tables)
+    trial = _follow(env, drawn, key_trial, trials).mean(1)
+    best = drawn[:, :, trial.argmax()]
     return _follow(env, best[:, :, None], key_score, EPISODES).mean()
 
 
-def _tables(env: Any, key: Key[Array, ""], shared: bool) -> Int[Array, "time agents tables"]:
+def _tables(env: Any, key: Key[Array, ""], shared: bool, count: int) -> Int[Array, "time agents tables"]:
     """Which skill each timetable has at each step."""
 
     def one(key):
@@ -91,13 +94,13 @@ def _tables(env: Any, key: Key[Array, ""], shared: bool) -> Int[Array, "time age
         key_lengths = jax.random.fold_in(key, 0)
         lengths = jax.random.exponential(key_lengths, (PHASES,))
         ends = jnp.round(jnp.cumsum(lengths / lengths.sum()) * env.episode_length).at[-1].set(jnp.inf)
-        phase = (jnp.arange(env.episode_length)[:, None] >= ends[None]).sum(1)
+        phase = (jnp.arange(env.episode_length, dtype=jnp.float32)[:, None] >= ends[None]).sum(1)
         return table.skills()[phase]
 
     agents = 1 if shared else env.n_agents
-    keys = jax.random.split(key, (TIMETABLES, agents))
+    keys = jax.random.split(key, (count, agents))
     tables = jax.vmap(jax.vmap(one))(keys).transpose(2, 1, 0)
-    return jnp.broadcast_to(tables, (env.episode_length, env.n_agents, TIMETABLES))
+    return jnp.broadcast_to(tables, (env.episode_length, env.n_agents, count))
 
 
 def _follow(

@@ -49,5 +49,5 @@ def _told(env: WarehouseDomain, state: WarehouseState) -> Int[Array, " agents"]:
     free = ~state.held.any(0)
     target = assigned(distance, lying & come, free, config.coupling)
     to_load = jnp.where(target < 0, config.n_shelves // 2, state.from_shelf[target])
-    to_station = config.n_shelves + (state.held * state.to_station[:, None]).sum(0)
+    to_station = config.n_shelves + jnp.where(state.held, state.to_station[:, None], 0).sum(0)
     return jnp.where(free, to_load, to_station).astype(jnp.int32)

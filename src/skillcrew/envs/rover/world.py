@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from collections.abc import Mapping
 
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key
@@ -11,8 +12,10 @@ from skillcrew.envs.rover import coupling, rewards
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.motion import Direction, direction_of, moved
 from skillcrew.envs.rover.presets import PRESETS
+from skillcrew.envs.rover.scene import scene, skill_texts
 from skillcrew.envs.rover.sensors import Reflections
 from skillcrew.envs.rover.state import RoverState, draw_state
+from skillcrew.envs.scene import Scene
 
 
 class RoverDomain(Environment):
@@ -38,6 +41,7 @@ class RoverDomain(Environment):
         self.action_size = 2
         self.episode_length = config.episode_length
         self.skills = config.skills
+        self.skill_texts: Mapping[str, str] = skill_texts(config)
 
     def reset(self, key: Key[Array, ""]) -> tuple[RoverState, Float[Array, "agents obs"]]:
         state = draw_state(self.config, key)
@@ -54,6 +58,22 @@ class RoverDomain(Environment):
     ) -> tuple[RoverState, TimeStep]:
         del keys
         return self._advance(state, action)
+
+    def central_state(self, state: RoverState) -> Float[Array, " features"]:
+        """Where everything is, how rovers head, what is observed, and the time; then what options add.
+
+        They add the courses of POIs, each type's place in the order, and which rovers work.
+        """
+        options = (state.poi_direction, state.order, state.working())
+        parts = (state.position, *direction_of(state.heading), state.poi_position, state.observed)
+        time = state.time / self.episode_length
+        return jnp.concatenate(
+            [part.ravel().astype(jnp.float32) for part in (*parts, time, *options) if part is not None]
+        )
+
+    def scene(self, state: RoverState) -> Scene:
+        """Rovers, POIs, and how near one has to come."""
+        return scene(self.config, state)
 
     def _advance(
         self, state: RoverState, action: Float[Array, "agents 2 *worlds"]
