@@ -13,6 +13,7 @@ import skillcrew as sc
 from experiment import tiny
 from skillcrew.cli import train as train_command
 from skillcrew.cli.main import COMMANDS, run_command
+from skillcrew.envs import registry
 from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.experiment.config import RunConfig, to_yaml
 
@@ -329,10 +330,10 @@ def test_list_as_text_and_as_json(capsys):
     assert call(["list", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert set(printed) == {"algorithms", "environments", "broken"}
-    assert "madys" in printed["algorithms"] and set(printed["environments"]) == set(PRESETS)
+    assert "madys" in printed["algorithms"] and set(printed["environments"]) == set(registry.names())
     assert printed["environments"]["rover-t3-c2"]["n_agents"] == 4
     assert "go_to_agent" in printed["environments"]["rover-t3-c2"]["skills"]
-    for name in ("madys", *PRESETS, "go_away_from_poi_C"):
+    for name in ("madys", *registry.names(), "go_away_from_poi_C"):
         assert name in text
     said = {line.split()[0]: line for line in text.splitlines() if line.startswith("  rover")}
     assert said["rover-t3-c3"].endswith("70 steps")

@@ -7,7 +7,9 @@ import pytest
 import skillcrew as sc
 from envs.stranger import WORLD, write_package
 from skillcrew.envs import registry
-from skillcrew.envs.rover.presets import PRESETS
+from skillcrew.envs.rescue import presets as rescue
+from skillcrew.envs.rover import presets as rover
+from skillcrew.envs.warehouse import presets as warehouse
 
 
 @pytest.fixture
@@ -35,11 +37,13 @@ def installed(folder, monkeypatch):
 
 
 def test_every_preset_of_ours_is_made_by_its_name():
-    for name, config in PRESETS.items():
+    ours = {**rover.PRESETS, **rescue.PRESETS, **warehouse.PRESETS}
+    for name, config in ours.items():
         entry = registry.find(name)
         assert (entry.name, entry.config, entry.by_path) == (name, config, False)
+        assert name.startswith(registry.environment_class(entry.place).name)
     assert sc.make("rover-t3-c2", n_agents=5).config.n_agents == 5
-    assert list(PRESETS) == registry.names()
+    assert list(ours) == registry.names()
 
 
 def test_an_import_path_is_looked_for_where_the_user_is(package):
@@ -140,7 +144,7 @@ def test_a_file_called_like_another_module_is_told_apart(folder):
 
 def test_one_that_cannot_be_imported_is_named_and_the_others_still_load(installed):
     offered, broken = registry.domains()
-    assert [domain.name for domain in offered] == ["rover", "line"]
+    assert [domain.name for domain in offered] == ["rover", "rescue", "warehouse", "line"]
     assert list(broken) == ["licensed"] and "no licence for the simulator" in broken["licensed"]
     with pytest.raises(
         sc.UserError, match=r"unknown environment 'lime'.*first: line.*licensed fails to load"

@@ -10,7 +10,7 @@ import pytest
 
 from oracles import refusals
 from oracles.rover_cases import DEFAULTS
-from skillcrew.envs.registry import make
+from skillcrew.envs.registry import make, names
 from skillcrew.envs.rover import config as rover_config
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.presets import PRESETS
@@ -123,7 +123,7 @@ def test_an_unknown_preset_is_refused_with_the_nearest_first(given: str, nearest
         make(given)
     said, import_path, _ = str(caught.value).partition("; or an import path")
     assert names_offered(said)[0] == nearest and import_path
-    assert set(names_offered(said)) == set(PRESETS)
+    assert set(names_offered(said)) == set(names())
 
 
 @pytest.mark.parametrize(

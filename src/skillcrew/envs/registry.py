@@ -32,7 +32,22 @@ def _rover() -> Domain:
     return Domain("rover", "skillcrew.envs.rover.world:RoverDomain", RoverConfig, lambda: PRESETS)
 
 
-SHIPPED: Mapping[str, Callable[[], Domain]] = {"rover": _rover}
+def _rescue() -> Domain:
+    from skillcrew.envs.rescue.config import RescueConfig
+    from skillcrew.envs.rescue.presets import PRESETS
+
+    return Domain("rescue", "skillcrew.envs.rescue.world:RescueDomain", RescueConfig, lambda: PRESETS)
+
+
+def _warehouse() -> Domain:
+    from skillcrew.envs.warehouse.config import WarehouseConfig
+    from skillcrew.envs.warehouse.presets import PRESETS
+
+    place = "skillcrew.envs.warehouse.world:WarehouseDomain"
+    return Domain("warehouse", place, WarehouseConfig, lambda: PRESETS)
+
+
+SHIPPED: Mapping[str, Callable[[], Domain]] = {"rover": _rover, "rescue": _rescue, "warehouse": _warehouse}
 """Domains of skillcrew's own, by name."""
 
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import jax.numpy as jnp
@@ -15,8 +15,10 @@ from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.crew import RoverType, ranks
 from skillcrew.envs.rover.motion import Direction, direction_of, moved
 from skillcrew.envs.rover.presets import PRESETS
+from skillcrew.envs.rover.scene import scene, skill_texts
 from skillcrew.envs.rover.sensors import Reflections, Reflector
 from skillcrew.envs.rover.state import RoverState, draw_state
+from skillcrew.envs.scene import Scene
 
 
 class RoverDomain(Environment):
@@ -46,6 +48,7 @@ class RoverDomain(Environment):
             alike = kinds[0]
             self.n_agents, self.skills = alike.agents, alike.skills
             self.observation_size, self.action_size = alike.observation_size, alike.action_size
+        self.skill_texts: Mapping[str, str] = skill_texts(self.skills)
 
     def _agent_type(self, kind: RoverType) -> AgentType:
         channels = len(self.crew) + self.config.n_poi_types
@@ -75,6 +78,22 @@ class RoverDomain(Environment):
         if not self.types:
             return of_types[0]
         return {kind.name: own for (kind, _), own in zip(self.crew, of_types, strict=True)}
+
+    def central_state(self, state: RoverState) -> Float[Array, " features"]:
+        """Where everything is, how rovers head, what is observed, and the time; then what options add.
+
+        They add the courses of POIs, each type's place in the order, and which rovers work.
+        """
+        options = (state.poi_direction, state.order, state.working())
+        parts = (state.position, *direction_of(state.heading), state.poi_position, state.observed)
+        time = state.time / self.episode_length
+        return jnp.concatenate(
+            [part.ravel().astype(jnp.float32) for part in (*parts, time, *options) if part is not None]
+        )
+
+    def scene(self, state: RoverState) -> Scene:
+        """Rovers, POIs, and how near one has to come."""
+        return scene(self.config, state)
 
     def _advance(
         self, state: RoverState, action: Float[Array, "agents 2 *worlds"]
