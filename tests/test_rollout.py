@@ -77,7 +77,7 @@ def test_every_lived_step_is_that_of_the_loop(quiet, episodes, field: str) -> No
 def test_choices_and_ends_are_those_of_the_loop(quiet, episodes) -> None:
     for world, steps in enumerate(episodes):
         lived: Trajectories = quiet["lived"].worlds(slice(world, world + 1))
-        assert lived.lived[:, 0].tolist() == [time < len(steps) for time in range(LENGTH)]
+        assert lived.mask[:, 0].tolist() == [time < len(steps) for time in range(LENGTH)]
         assert lived.terminated[: len(steps), 0].tolist() == [step.terminated for step in steps]
         assert lived.choice[: len(steps), 0].tolist() == [step.choice for step in steps]
 
@@ -95,8 +95,8 @@ def test_return_and_steps_leave_padding_out(quiet, episodes) -> None:
     halved = [sum(0.5**t * step.team_reward for t, step in enumerate(steps)) for steps in episodes]
     np.testing.assert_allclose(quiet["discounted"], halved, rtol=1e-4, atol=1e-4)
     for told in (quiet["lived"], quiet["episodes"]):
-        assert int(told.steps_lived()) == sum(len(steps) for steps in episodes)
-    assert len(episodes) * LENGTH > int(quiet["episodes"].steps_lived())
+        assert int(told.steps()) == sum(len(steps) for steps in episodes)
+    assert len(episodes) * LENGTH > int(quiet["episodes"].steps())
 
 
 def test_an_episode_is_completed_if_the_task_was_done_before_its_end(quiet, episodes) -> None:
@@ -179,7 +179,7 @@ def test_noise_has_its_deviation_and_is_clipped(noisy) -> None:
 def test_noise_is_on_what_the_environment_receives_and_is_recorded(noisy) -> None:
     lived = noisy[1]
     moved = np.asarray(lived.next_observation - lived.observation)[..., 1:3]
-    alive = np.asarray(lived.lived)
+    alive = np.asarray(lived.mask)
     np.testing.assert_allclose(moved[alive], np.asarray(lived.action)[alive], atol=1e-4)
 
 
@@ -208,6 +208,6 @@ def test_of_pairs_each_team_lives_in_its_own_world() -> None:
     for team in range(TEAMS):
         steps = live(np.asarray(teams.weights[team]), offset[:, team], int(limit[team]))
         returns.append(sum(step.team_reward for step in steps))
-        assert int(lived.lived[:, team].sum()) == len(steps)
+        assert int(lived.mask[:, team].sum()) == len(steps)
     np.testing.assert_allclose(lived.team_return(), returns, rtol=1e-4, atol=1e-4)
     assert len(np.unique(np.round(returns, 4))) == TEAMS

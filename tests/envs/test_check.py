@@ -262,12 +262,17 @@ def test_the_command_says_the_same_and_its_exit_code_too(tmp_path, monkeypatch, 
     worlds.write_text(
         worlds.read_text().replace('"time": time}, step', '"time": time.astype(jnp.float32)}, step')
     )
-    for name in [name for name in sys.modules if name.partition(".")[0] == "line_lab"]:
-        del sys.modules[name]
+    _forget_line_lab()
     assert call(["check", "line_lab.worlds:LineWorld", "--json"]) == 2
     printed = json.loads(capsys.readouterr().out)
     assert printed["ok"] is False
     assert [finding["about"] for finding in printed["findings"]] == ["sizes", "state"]
+    _forget_line_lab()
+
+
+def _forget_line_lab():
+    for name in [name for name in sys.modules if name.partition(".")[0] == "line_lab"]:
+        del sys.modules[name]
 
 
 class Sizes(Mixed):

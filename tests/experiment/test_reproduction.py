@@ -56,8 +56,9 @@ def test_a_figure_has_its_environments(everything):
 def test_every_figure_is_in_one_set_and_every_preset_in_one_figure():
     assert sorted(figure for figures in SETS.values() for figure in figures) == sorted(FIGURES)
     shown = [environment for environments in FIGURES.values() for environment in environments]
-    # Without an order of types there is nothing to commit to.
-    assert sorted(shown) == sorted(STEPS) == sorted(set(PRESETS) - {"rover-t1-c3"})
+    # Without an order of types there is nothing to commit to; crews of unlike rovers are not compared yet.
+    others = {"rover-t1-c3", "rover-t2-crew", "rover-t3-crew"}
+    assert sorted(shown) == sorted(STEPS) == sorted(set(PRESETS) - others)
 
 
 def test_beyond_the_thesis_timetables_stand_alone_and_shared_beside_our_best_form():

@@ -31,6 +31,10 @@ STEPS = 900
 OPTIONS = {"score_episodes": 3, "generations_per_report": 2, "checkpoint_seconds": 0.0}
 
 
+READ_ONLY = {"JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "1e9"}
+"""For processes that may be killed while they write a compiled program: they read others' alone."""
+
+
 def scratch() -> Path:
     """A folder for the whole session."""
     folder = Path(tempfile.mkdtemp(prefix="skillcrew-tests-"))
@@ -150,7 +154,7 @@ def start_command(*words: str, before: str = "") -> subprocess.Popen:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, **compile_once(), "COLUMNS": "200"},
+        env={**os.environ, **compile_once(), **READ_ONLY, "COLUMNS": "200"},
     )
 
 
