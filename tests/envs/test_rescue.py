@@ -13,14 +13,13 @@ import skillcrew as sc
 from oracles import rescue
 from oracles.carrying import Decisions
 from oracles.checking import complaints
-from oracles.comparing import BORDER, one_world
+from oracles.comparing import BORDER, one_world, random_actions
 from oracles.refusals import refusal, unhooked
 from oracles.rescue_cases import (
     CASES,
     WORLDS,
     compiled_step,
     environment,
-    random_actions,
     random_states,
 )
 from oracles.rover_cases import quick_jit
@@ -39,7 +38,7 @@ CASE = "two victims"
 
 def worlds_of(case: str, seed: int):
     env, rng = environment(case), np.random.default_rng(seed)
-    return env, random_states(env.config, rng), random_actions(env.config, rng)
+    return env, random_states(env.config, rng), random_actions(env.config, rng, WORLDS)
 
 
 def test_nothing_is_wrong_with_it() -> None:

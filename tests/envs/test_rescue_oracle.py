@@ -1,47 +1,26 @@
 """Steps of many random worlds of search and rescue, beside the oracle's."""
 
-import functools
-
-import jax
 import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from oracles import rescue
-from oracles.comparing import assert_same_steps
-from oracles.rescue_cases import CASES, WORLDS, compiled_step, environment, random_actions, random_states
-
-STEPS = 3
-
-
-def steps_compared(case: str, seed: int) -> tuple[list[float], list]:
-    """Of some steps in a row, each compared: the share of worlds that count, and what happened."""
-    env, rng = environment(case), np.random.default_rng(seed)
-    states, keys = random_states(env.config, rng), jax.random.split(jax.random.key(seed), WORLDS)
-    shares, happened = [], []
-    for _ in range(STEPS):
-        actions = random_actions(env.config, rng)
-        ours = compiled_step(case)(states, actions, keys)
-        step = functools.partial(rescue.step, env.config)
-        share, said = assert_same_steps(step, rescue.State, env.skills, states, actions, ours)
-        shares.append(share)
-        happened += said
-        states = ours[0]
-    return shares, happened
+from oracles import rescue, rescue_cases
+from oracles.comparing import steps_compared
+from oracles.rescue_cases import CASES, environment
 
 
 @pytest.mark.parametrize("case", CASES)
 @settings(max_examples=4, phases=(Phase.explicit, Phase.reuse, Phase.generate))
 @given(seed=st.integers(0, 2**32 - 1))
 def test_steps_are_those_of_the_oracle(case: str, seed: int) -> None:
-    shares, _ = steps_compared(case, seed)
+    shares, _ = steps_compared(rescue, rescue_cases, case, seed)
     assert min(shares) > 0.8
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_in_the_random_worlds_much_happens(case: str) -> None:
-    _, happened = steps_compared(case, 1)
+    _, happened = steps_compared(rescue, rescue_cases, case, 1)
 
     def dropped(before, after, _) -> bool:
         return (before.held.any(1) & ~after.held.any(1) & ~after.saved).any()

@@ -13,7 +13,7 @@ import skillcrew as sc
 from oracles import warehouse
 from oracles.carrying import Decisions
 from oracles.checking import complaints
-from oracles.comparing import BORDER, one_world
+from oracles.comparing import BORDER, one_world, random_actions
 from oracles.refusals import refusal, unhooked
 from oracles.rover_cases import quick_jit
 from oracles.warehouse_cases import (
@@ -21,7 +21,6 @@ from oracles.warehouse_cases import (
     WORLDS,
     compiled_step,
     environment,
-    random_actions,
     random_states,
 )
 from skillcrew.envs.offers import OffersCentralState, OffersScene, OffersSkillTexts, offers
@@ -32,7 +31,7 @@ CASE = "one order"
 
 def worlds_of(case: str, seed: int):
     env, rng = environment(case), np.random.default_rng(seed)
-    return env, random_states(env.config, rng), random_actions(env.config, rng)
+    return env, random_states(env.config, rng), random_actions(env.config, rng, WORLDS)
 
 
 def test_nothing_is_wrong_with_it() -> None:

@@ -1,48 +1,29 @@
 """Steps of many random worlds of the warehouse, beside the oracle's."""
 
-import functools
-
-import jax
 import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from oracles import warehouse
+from oracles import warehouse, warehouse_cases
 from oracles.carrying import Decisions
-from oracles.comparing import assert_same_steps
-from oracles.warehouse_cases import CASES, WORLDS, compiled_step, environment, random_actions, random_states
-
-STEPS = 3
-
-
-def steps_compared(case: str, seed: int) -> tuple[list[float], list]:
-    """Of some steps in a row, each compared: the share of worlds that count, and what happened."""
-    env, rng = environment(case), np.random.default_rng(seed)
-    states, keys = random_states(env.config, rng), jax.random.split(jax.random.key(seed), WORLDS)
-    shares, happened = [], []
-    for _ in range(STEPS):
-        actions = random_actions(env.config, rng)
-        ours = compiled_step(case)(states, actions, keys)
-        step = functools.partial(warehouse.step, env.config)
-        share, said = assert_same_steps(step, warehouse.State, env.skills, states, actions, ours)
-        shares.append(share)
-        happened += said
-        states = ours[0]
-    return shares, happened
+from oracles.comparing import steps_compared
+from oracles.warehouse_cases import CASES, environment
 
 
 @pytest.mark.parametrize("case", CASES)
 @settings(max_examples=4, phases=(Phase.explicit, Phase.reuse, Phase.generate))
 @given(seed=st.integers(0, 2**32 - 1))
 def test_steps_are_those_of_the_oracle(case: str, seed: int) -> None:
-    shares, _ = steps_compared(case, seed)
+    shares, _ = steps_compared(warehouse, warehouse_cases, case, seed)
     assert min(shares) > 0.8
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_in_the_random_worlds_much_happens(case: str) -> None:
-    happened = [one for seed in (1, 2, 3) for one in steps_compared(case, seed)[1]]
+    happened = [
+        one for seed in (1, 2, 3) for one in steps_compared(warehouse, warehouse_cases, case, seed)[1]
+    ]
     config = environment(case).config
 
     def share(what) -> float:

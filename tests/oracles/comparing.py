@@ -1,9 +1,13 @@
 """Steps of many worlds beside an oracle's, leaving out worlds in which rounding could decide."""
 
 import dataclasses
+import functools
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 CLOSE = dict(rtol=5e-5, atol=2e-5)
@@ -50,3 +54,41 @@ def assert_same_steps(
         paid = np.stack([outcome.local_rewards[skill] for skill in skills], axis=1)
         np.testing.assert_allclose(np.asarray(returned.local_rewards)[..., w], paid, **CLOSE, err_msg="local")
     return len(said) / worlds, said
+
+
+def steps_compared(
+    oracle: ModuleType, cases: ModuleType, case: str, seed: int, steps: int = 3
+) -> tuple[list[float], list[Any]]:
+    """Of some steps in a row, each compared: the share of worlds that count, and what happened.
+
+    Args:
+        oracle: has `step` and `State`.
+        cases: has `environment`, `compiled_step`, `random_states` and `WORLDS`.
+    """
+    env, rng = cases.environment(case), np.random.default_rng(seed)
+    states = cases.random_states(env.config, rng)
+    keys = jax.random.split(jax.random.key(seed), cases.WORLDS)
+    shares, happened = [], []
+    for _ in range(steps):
+        actions = random_actions(env.config, rng, cases.WORLDS)
+        ours = cases.compiled_step(case)(states, actions, keys)
+        step = functools.partial(oracle.step, env.config)
+        share, said = assert_same_steps(step, oracle.State, env.skills, states, actions, ours)
+        shares.append(share)
+        happened += said
+        states = ours[0]
+    return shares, happened
+
+
+def random_actions(config: Any, rng: np.random.Generator, worlds: int) -> jax.Array:
+    """Some beyond [-1, 1]; in half of the worlds all go about the same way."""
+    alone = rng.uniform(-1.3, 1.3, (config.n_agents, 2, worlds))
+    alike = rng.uniform(-1.3, 1.3, (1, 2, worlds)) + 0.2 * alone
+    return jnp.asarray(np.where(rng.random(worlds) < 0.5, alone, alike), jnp.float32)
+
+
+def stacked(kind: type, one_each: list[dict[str, Any]]) -> Any:
+    """Worlds as one state of ours, the world axis last."""
+    fields = {name: np.stack([one[name] for one in one_each], axis=-1) for name in one_each[0]}
+    types = {"f": jnp.float32, "i": jnp.int32, "b": bool}
+    return kind(**{name: jnp.asarray(values, types[values.dtype.kind]) for name, values in fields.items()})

@@ -4,10 +4,10 @@ import functools
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from oracles.carrying import far
+from oracles.comparing import stacked
 from skillcrew.envs.rescue.config import RescueConfig
 from skillcrew.envs.rescue.state import RescueState
 from skillcrew.envs.rescue.world import RescueDomain
@@ -39,19 +39,7 @@ def compiled_step(case: str):
 def random_states(config: RescueConfig, rng: np.random.Generator, worlds: int = WORLDS) -> RescueState:
     """Most agents near a victim, many victims carried and near the base, the search often nearly over."""
     one_each = [_random_state(config, rng) for _ in range(worlds)]
-    return RescueState(**{name: _stack([one[name] for one in one_each]) for name in one_each[0]})
-
-
-def random_actions(config: RescueConfig, rng: np.random.Generator, worlds: int = WORLDS) -> jax.Array:
-    """Some beyond [-1, 1]; in half of the worlds all go about the same way."""
-    alone = rng.uniform(-1.3, 1.3, (config.n_agents, 2, worlds))
-    alike = rng.uniform(-1.3, 1.3, (1, 2, worlds)) + 0.2 * alone
-    return jnp.asarray(np.where(rng.random(worlds) < 0.5, alone, alike), jnp.float32)
-
-
-def _stack(values: list[Any]) -> jax.Array:
-    stacked = np.stack(values, axis=-1)
-    return jnp.asarray(stacked, {"f": jnp.float32, "i": jnp.int32, "b": bool}[stacked.dtype.kind])
+    return stacked(RescueState, one_each)
 
 
 def _random_state(config: RescueConfig, rng: np.random.Generator) -> dict[str, Any]:
