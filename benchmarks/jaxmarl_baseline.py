@@ -1,0 +1,82 @@
+"""A baseline of JaxMARL's repository as it lies there, on our environments. Used by `jaxmarl_ippo.py`."""
+
+import contextlib
+import functools
+import importlib.util
+import subprocess
+import sys
+import time
+import types
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import jax
+
+import skillcrew as sc
+from skillcrew.envs.bridges.jaxmarl_package import import_jaxmarl
+
+IPPO = Path("baselines/IPPO/ippo_ff_mabrax.py")
+"""JaxMARL's IPPO for continuous actions."""
+
+
+def make(name: str, skills: Sequence[str] = (), **options: Any) -> Any:
+    """What `jaxmarl.make` is to the baseline."""
+    return sc.jaxmarl_env(sc.make(name, **options), skills)
+
+
+def load(checkout: Path) -> Any:
+    """The baseline as a module that takes its environments from `make`; JaxMARL itself stays as it is."""
+    import_jaxmarl()
+    spec = importlib.util.spec_from_file_location(IPPO.stem, checkout / IPPO)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    vars(module)["jaxmarl"] = types.SimpleNamespace(make=make)
+    return module
+
+
+def settings(checkout: Path) -> dict[str, Any]:
+    """What the baseline's own file says."""
+    # YAML's own reader takes 1e-3 for a word.
+    from omegaconf import OmegaConf
+
+    read = OmegaConf.to_container(OmegaConf.load(checkout / IPPO.parent / "config" / f"{IPPO.stem}.yaml"))
+    assert isinstance(read, dict)
+    return {str(name): value for name, value in read.items()}
+
+
+def commit(checkout: Path) -> str:
+    """Which version of JaxMARL it is.
+
+    Raises:
+        SystemExit: its IPPO is not as it was committed, or it is no checkout.
+    """
+    git = functools.partial(subprocess.run, cwd=checkout, capture_output=True, text=True)
+    head = git(["git", "rev-parse", "HEAD"])
+    changes = git(["git", "status", "--porcelain", str(IPPO.parent)])
+    if head.returncode or changes.returncode:
+        raise SystemExit(f"{checkout}: {head.stderr or changes.stderr}")
+    if changes.stdout:
+        raise SystemExit(f"{checkout}: its IPPO was changed:\n{changes.stdout}")
+    return head.stdout.strip()
+
+
+def train(baseline: Any, config: dict[str, Any], seed: int) -> dict[str, Any]:
+    """The parameters at the end, the mean return at each update, and the seconds it took."""
+    # As in the baseline's own `main`. It draws the first parameters outside of what is compiled.
+    key, init = jax.random.split(jax.random.PRNGKey(seed))
+    began = time.process_time()
+    # Tracing it prints.
+    with contextlib.redirect_stdout(sys.stderr):
+        compiled = jax.jit(baseline.make_train(dict(config), init)).lower(key).compile()
+    compiling = time.process_time() - began
+    began, of_processor = time.perf_counter(), time.process_time()
+    out = jax.block_until_ready(compiled(key))
+    return {
+        "params": out["runner_state"][0].params,
+        "returns": out["metrics"]["returned_episode_returns"],
+        "compiling": compiling,
+        "elapsed": time.perf_counter() - began,
+        "processor": time.process_time() - of_processor,
+    }
