@@ -6,6 +6,8 @@ import shutil
 from types import ModuleType
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
+# As runs are compiled: what LLVM adds beyond its first level takes thrice as long as most tests run.
+os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} --xla_backend_optimization_level=1"
 
 import flashbax.buffers.trajectory_buffer
 import jax

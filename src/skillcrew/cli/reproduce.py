@@ -26,6 +26,7 @@ USAGE = (
     "FIGURE  all       what the MADyS thesis compares, MADyS, MFL and EA in its form, beside our best form,\n"
     "                  the one before it, and timetables that sense nothing\n"
     "        frontier  more types, more rovers, and tasks that ask a team to look or to split\n"
+    "        domains   search and rescue, and the warehouse: teams that choose while they look\n"
     f"        or one of {', '.join(reproduction.FIGURES)}; or one environment of theirs:\n"
     f"{_environments()}\n\n"
     "Trains with the thesis's five seeds, and ends in figures, a table, and every run's configuration. Can\n"

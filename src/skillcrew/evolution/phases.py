@@ -44,9 +44,9 @@ class PhaseMutationConfig:
     """Standard deviation of a change of length, in equal phases."""
     network: float = 0.5
     """Probability that the network of a reactive selector changes."""
-    network_deviation: float = 1.0
+    network_deviation: float = 3.0
     """Standard deviation of a change of one of its weights."""
-    network_share: float = 0.1
+    network_share: float = 0.02
     """Largest share of its weights that change; each change draws its own share below it."""
 
     def __post_init__(self) -> None:

@@ -35,7 +35,8 @@ def initial_state(algorithm: Algorithm, seed: Array) -> RunState:
     key, score_key = jax.random.split(jax.random.key(seed))
     state = algorithm.init(key)
     zero = jnp.zeros((), jnp.int32)
-    return RunState(state, algorithm.team(state), score_key, zero, zero)
+    # As a checkpoint gives it back, so that a resumed run is the same program.
+    return jax.tree.map(_strongly_typed, RunState(state, algorithm.team(state), score_key, zero, zero))
 
 
 def one_generation(
@@ -118,6 +119,10 @@ def shapes(algorithm: Algorithm, config: RunConfig) -> RunState:
 def seeds_of(config: RunConfig) -> Array:
     """The seeds as an array."""
     return jnp.asarray(config.seeds, jnp.uint32)
+
+
+def _strongly_typed(leaf: Array) -> Array:
+    return leaf if jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key) else leaf.astype(leaf.dtype)
 
 
 def _key_numbers(leaf: Array) -> Array:

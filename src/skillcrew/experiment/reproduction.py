@@ -19,20 +19,26 @@ FIGURES: Mapping[str, tuple[str, ...]] = {
     "rovers": ("rover-t3-c6", "rover-t3-c12"),
     "looking": ("rover-t2-c2-tight", "rover-t3-c3-tight", "rover-t3-c3-drawn"),
     "splitting": ("rover-t4-c3-simultaneous", "rover-t2-c2-moving", "rover-t4-c3-breakdown"),
+    "rescue": ("rescue-v1-c2", "rescue-v2-c2", "rescue-v3-c3"),
+    "warehouse": ("warehouse-o1-c2", "warehouse-o2-c2", "warehouse-o3-c3"),
 }
 """The thesis's figures and those beyond it, and the environments that each shows."""
 
 SETS: Mapping[str, tuple[str, ...]] = {
     "all": ("fig-4.2", "fig-4.3"),
     "frontier": ("types", "rovers", "looking", "splitting"),
+    "domains": ("rescue", "warehouse"),
 }
-"""Figures that belong together: the thesis's, and those beyond it."""
+"""Figures that belong together: the thesis's, those beyond it, and those of other domains."""
 
 OF_THE_THESIS = ("madys", "mfl", "ea")
 """Algorithms in the thesis's form: feed-forward networks, one for each agent."""
 
 COMMITTED = ("madys-plus", "open-loop", "open-loop-team")
 """Algorithms whose selectors have phases; the last is the open loop with one timetable for the whole team."""
+
+CHOOSING = ("madys-plus", "open-loop", "madys", "mfl", "ea", "ccea", "merl")
+"""Algorithms that are compared where teams have to choose while they look."""
 
 STEPS: Mapping[str, Mapping[tuple[str, ...], int]] = {
     "rover-t2-c1": {OF_THE_THESIS: 6_000_000, ("madys-es",): 6_000_000, COMMITTED[:2]: 3_000_000},
@@ -52,6 +58,12 @@ STEPS: Mapping[str, Mapping[tuple[str, ...], int]] = {
     "rover-t4-c3-simultaneous": {COMMITTED: 15_000_000},
     "rover-t2-c2-moving": {COMMITTED: 10_000_000},
     "rover-t4-c3-breakdown": {COMMITTED: 10_000_000},
+    "rescue-v1-c2": {CHOOSING: 6_000_000},
+    "rescue-v2-c2": {CHOOSING: 6_000_000},
+    "rescue-v3-c3": {CHOOSING: 8_000_000},
+    "warehouse-o1-c2": {CHOOSING: 6_000_000},
+    "warehouse-o2-c2": {CHOOSING: 6_000_000},
+    "warehouse-o3-c3": {CHOOSING: 8_000_000},
 }
 """For each environment the methods that are compared there, and how many environment steps each of their
 seeds lives. Those that commit need a fraction of what the others do."""

@@ -49,7 +49,8 @@ class Runner:
     def start(self) -> RunState:
         """The state before the first generation."""
         seeds = generation.seeds_of(self.config)
-        return jax.jit(jax.vmap(lambda seed: generation.initial_state(self.algorithm, seed)))(seeds)
+        begin = jax.vmap(lambda seed: generation.initial_state(self.algorithm, seed))
+        return generation.compiled(begin, seeds)(seeds)
 
     def restore(self, checkpoint: int | None = None) -> RunState:
         """The state of a checkpoint, by default the latest, with the metrics up to it."""
