@@ -8,6 +8,7 @@ import yaml
 
 import skillcrew as sc
 from skillcrew.algorithms.registry import algorithm_class
+from skillcrew.envs.registry import names
 from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.experiment import reproduction
 from skillcrew.experiment.config import RunConfig, from_yaml
@@ -58,7 +59,7 @@ def test_every_figure_is_in_one_set_and_every_preset_in_one_figure():
     shown = [environment for environments in FIGURES.values() for environment in environments]
     # Without an order of types there is nothing to commit to; crews of unlike rovers are not compared yet.
     others = {"rover-t1-c3", "rover-t2-crew", "rover-t3-crew"}
-    assert sorted(shown) == sorted(STEPS) == sorted(set(PRESETS) - others)
+    assert sorted(shown) == sorted(STEPS) == sorted(set(names()) - others)
 
 
 def test_beyond_the_thesis_timetables_stand_alone_and_shared_beside_our_best_form():
@@ -74,6 +75,16 @@ def test_beyond_the_thesis_timetables_stand_alone_and_shared_beside_our_best_for
     )
     assert {one.config.steps for one in plan(["looking", "splitting"])} == {10_000_000, 15_000_000}
     assert len({one.label for one in runs}) == 3, "legends must tell them apart"
+
+
+def test_in_other_domains_every_method_lives_as_long():
+    runs = plan(figures_of("domains"))
+    methods = ["madys-plus", "open-loop", "madys", "mfl", "ea", "ccea", "merl"]
+    for environment in ("rescue-v1-c2", "warehouse-o3-c3"):
+        own = [one for one in runs if one.environment == environment]
+        assert [one.method for one in own] == methods
+        assert len({one.config.steps for one in own}) == 1
+    assert len(runs) == 6 * len(methods)
 
 
 def test_the_thesis_form_has_a_feed_forward_network_for_each_agent(everything):

@@ -47,7 +47,8 @@ class PhaseMutationConfig:
     network_deviation: float = 3.0
     """Standard deviation of a change of one of its weights."""
     network_share: float = 0.02
-    """Largest share of its weights that change; each change draws its own share below it."""
+    """Largest share of its weights that change, or one weight where that is less; each change draws its own
+    share below it. 0: none."""
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -159,7 +160,7 @@ class PhaseVariation:
         count = weights.shape[1]
         # Uniform in its logarithm, from a single weight up.
         share = jnp.maximum(config.network_share * count, 1.0) ** jax.random.uniform(key_share) / count
-        share = jnp.minimum(share, config.network_share)
+        share = jnp.where(config.network_share > 0, share, 0.0)
         change = jax.random.bernoulli(key_which, share, (count,))
         noise = config.network_deviation * jax.random.normal(key_noise, (count,))
         who = self._who(key_who, config.network, kin)
