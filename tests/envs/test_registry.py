@@ -121,7 +121,8 @@ def test_an_installed_package_offers_names(installed):
     assert sc.make("line").n_agents == 2
     assert sc.make("line-world-of-three").n_agents == 3
     assert sc.make("narrow", probes=1).describe() == {"name": "narrow", "probes": 1, "reach": 0.1}
-    assert registry.place_of(sc.make("narrow")) is None, "its name says which class it is"
+    place = registry.place_of(sc.make("narrow"))
+    assert place == "line_lab.worlds:LineWorld", "elsewhere nobody knows the name"
     assert registry.is_offered("line_lab.worlds:LineWorld")
     assert {"line", "narrow", "rover-t2-c1"} < set(registry.names())
     with pytest.raises(sc.UserError, match="probes = 0: give at least 1"):

@@ -35,6 +35,10 @@ READ_ONLY = {"JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "1e9"}
 """For processes that may be killed while they write a compiled program: they read others' alone."""
 
 
+WORTH_KEEPING = 0.1
+"""Seconds of compiling. To compress and write the thousands of single operations takes longer than they do."""
+
+
 def scratch() -> Path:
     """A folder for the whole session."""
     folder = Path(tempfile.mkdtemp(prefix="skillcrew-tests-"))
@@ -51,10 +55,13 @@ def compile_once() -> dict[str, str]:
     """
     folder = os.environ.get("JAX_COMPILATION_CACHE_DIR") or str(scratch())
     jax.config.update("jax_compilation_cache_dir", folder)
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", WORTH_KEEPING)
     # What was compiled before this call has made JAX settle on having no cache.
     compilation_cache.reset_cache()
-    return {"JAX_COMPILATION_CACHE_DIR": folder, "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
+    return {
+        "JAX_COMPILATION_CACHE_DIR": folder,
+        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": str(WORTH_KEEPING),
+    }
 
 
 def tiny_madys(**overrides) -> sc.MADyS:

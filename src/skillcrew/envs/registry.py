@@ -222,13 +222,13 @@ def make(name: str, **overrides: Any) -> Any:
 
 
 def place_of(env: Any) -> str | None:
-    """The import path of an environment's class, or None where its name alone says which class it is."""
+    """The import path of an environment's class, or None for a preset of one that skillcrew ships.
+
+    The names that a package gives its own are gone where it is not installed.
+    """
     place = import_path(type(env))
-    try:
-        registered = find(env.name) if ":" not in env.name else None
-    except UserError:
-        registered = None
-    return None if registered is not None and registered.place == place else place
+    shipped = (make() for make in SHIPPED.values())
+    return None if any(place == one.place and env.name in _names(one) for one in shipped) else place
 
 
 def is_offered(place: str) -> bool:

@@ -205,7 +205,8 @@ def _trusted(name: str, place: str, trust: bool) -> registry.Entry:
 def _untrusted(code: str) -> UserError:
     return UserError(
         f"{code}: code that neither skillcrew nor an installed package's entry point offers is "
-        "imported only if you trust this folder: give --trust, or skillcrew.Run(folder, trust=True)"
+        "imported only if you trust this folder: give --trust, or skillcrew.Run(folder, trust=True); or "
+        "install the package that offers it"
     )
 
 
