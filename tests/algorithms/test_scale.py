@@ -87,14 +87,13 @@ def test_a_search_is_the_same_on_any_scale(make, scales) -> None:
 
 
 def test_the_level_of_restarts_is_the_environments_to_know() -> None:
-    """0.4 where it says what success is, none elsewhere, and whatever the user gives."""
+    """0.8 and 0.4 where it says what success is, none elsewhere, and whatever the user gives."""
     successful = sc.make("rover-t2-c2")
     unknown = TwoPhases()
-    for env, expected in ((successful, 0.4), (unknown, None)):
-        assert (
-            sc.MADySPlus(env, selector=sc.SelectorConfig(phases=4)).config.evolution.restart.below == expected
-        )
-        assert sc.MADySES(env).config.strategy.restart_below == expected
+    for env, level, average in ((successful, 0.8, 0.4), (unknown, None, None)):
+        plus = sc.MADySPlus(env, selector=sc.SelectorConfig(phases=4))
+        assert plus.config.evolution.restart.below == level
+        assert sc.MADySES(env).config.strategy.restart_below == average
     own = sc.EvolutionConfig(restart=sc.RestartConfig(patience=5, below=-20.0))
     for env in (successful, unknown):
         assert sc.EA(env, evolution=own).config.evolution.restart.below == -20.0

@@ -9,6 +9,7 @@ from jaxtyping import Array, Key, PyTree
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.restart import LOW
+from skillcrew.evolution.strategy import LOW_AVERAGE
 from skillcrew.policies.team import Team
 
 
@@ -99,5 +100,5 @@ def filled_in(env: Environment, config: Any) -> Any:
         elif field.name == "input_scaling" and value == "environment":
             changes[field.name] = env.input_scaling
         elif field.name in ("below", "restart_below") and value is None and env.success is not None:
-            changes[field.name] = LOW
+            changes[field.name] = LOW if field.name == "below" else LOW_AVERAGE
     return dataclasses.replace(config, **changes) if changes else config

@@ -8,7 +8,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from skillcrew.errors import UserError
 
-LOW = 0.4
+LOW = 0.8
 """What `RestartConfig.below` is where an environment says what success is."""
 
 NEVER = -(2**30)
@@ -28,7 +28,7 @@ class RestartConfig:
     patience: int = 0
     """Generations without improvement of the fitness after which it does; 0 for never."""
     below: float | None = None
-    """Fitness from which on it never does, however slowly it improves. Default: 0.4 where the environment
+    """Fitness from which on it never does, however slowly it improves. Default: 0.8 where the environment
     says what success is; elsewhere no fitness is known to be low, and only who never improved begins anew."""
     tolerance: float = 0.01
     """What counts as improvement: a difference in fitness or, where no `below` is known, a share of the

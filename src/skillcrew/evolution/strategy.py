@@ -17,6 +17,9 @@ from skillcrew.errors import UserError
 from skillcrew.evolution.evolver import Draw
 from skillcrew.evolution.restart import Progress, RestartConfig
 
+LOW_AVERAGE = 0.4
+"""What `StrategyConfig.restart_below` is where an environment says what success is."""
+
 
 @dataclasses.dataclass(frozen=True)
 class StrategyConfig:
