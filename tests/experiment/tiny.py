@@ -36,7 +36,7 @@ READ_ONLY = {"JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "1e9"}
 
 
 WORTH_KEEPING = 0.1
-"""Seconds of compiling. To compress and write the thousands of single operations takes longer than they do."""
+"""Seconds of compiling. To compress and write thousands of single operations takes longer than they do."""
 
 
 def scratch() -> Path:
