@@ -21,7 +21,7 @@ from benchmarks.machine import cpu_model
 import skillcrew as sc
 from skillcrew.algorithms.skill_teams import SkillTeams
 from skillcrew.analysis.comparison import steps_to
-from skillcrew.experiment.generation import COMPILER_OPTIONS, play
+from skillcrew.experiment.generation import compiled, play
 
 SEEDS = (1, 2, 3)
 GENERATIONS, EPISODES, WINDOW = 5, 200, 3
@@ -80,13 +80,12 @@ def search(algorithm: SkillTeams, skills: Any, steps: int) -> list[tuple[float, 
         return (state, key), measured["environment_steps"][-1], score.team_return().mean()
 
     state = jax.jit(begin)(SEEDS[0])
-    program = jax.jit(go_on, donate_argnums=0).lower(state)
-    compiled = program.compile(COMPILER_OPTIONS.get(jax.default_backend()))
+    program = compiled(go_on, state, donate_argnums=0)
     reached = []
     for seed in SEEDS:
         state, lived, scores = jax.jit(begin)(seed), [0], [0.0]
         while lived[-1] < steps:
-            state, now, score = compiled(state)
+            state, now, score = program(state)
             lived.append(int(now))
             scores.append(float(score))
         half, most = (steps_to(np.array(lived), np.array(scores), at, WINDOW) for at in (0.5, 0.9))

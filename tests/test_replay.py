@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from oracles.rover_cases import quick_jit
 from oracles.toy import AGENTS, Toy, ToyTeam, live
 from skillcrew.replay import ReplayBuffer, Transitions, transitions_of
 from skillcrew.rollout import Lineup, Start, rollout
@@ -37,12 +36,12 @@ def numbered(first: int, count: int = ITEMS) -> Transitions:
     )
 
 
-add = quick_jit(BUFFER.add)
+add = jax.jit(BUFFER.add)
 
 
 @functools.cache
 def sampler(batch: int):
-    return quick_jit(lambda state, key: BUFFER.sample(state, key, batch))
+    return jax.jit(lambda state, key: BUFFER.sample(state, key, batch))
 
 
 def numbers_held(state) -> list[int]:
@@ -110,7 +109,7 @@ def from_rollout():
     """Transitions of a rollout, and the Python loop's episodes."""
     env, worlds = Toy(), 6
 
-    @quick_jit
+    @jax.jit
     def run(key):
         start, team = Start.draw(env, key, worlds), ToyTeam.create(key)
         _, lived = rollout(env, Lineup.of_team(team, start), key)

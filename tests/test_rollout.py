@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from oracles.rover_cases import quick_jit
 from oracles.toy import ACTION, AGENTS, LENGTH, SKILLS, Toy, ToyTeam, live
 from skillcrew.rollout import Lineup, Start, Trajectories, rollout
 
@@ -41,7 +40,7 @@ def live_all(key, noise: float, recorded: Any = slice(None)) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def quiet() -> dict[str, Any]:
-    return quick_jit(lambda key: live_all(key, 0.0))(jax.random.key(0))
+    return jax.jit(lambda key: live_all(key, 0.0))(jax.random.key(0))
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +106,7 @@ def test_an_episode_is_completed_if_the_task_was_done_before_its_end(quiet, epis
     "recorded", [np.array([3, 17, 0, 21]), slice(0), slice(4, 13, 2)], ids=["some", "none", "slice"]
 )
 def test_only_the_recorded_worlds_are_told_in_full_and_all_in_brief(quiet, recorded) -> None:
-    told = quick_jit(lambda key: live_all(key, 0.0, recorded))(jax.random.key(0))
+    told = jax.jit(lambda key: live_all(key, 0.0, recorded))(jax.random.key(0))
     for one, other in zip(
         jax.tree.leaves(told["lived"]), jax.tree.leaves(quiet["lived"].worlds(recorded)), strict=True
     ):
@@ -119,7 +118,7 @@ def test_only_the_recorded_worlds_are_told_in_full_and_all_in_brief(quiet, recor
 
 
 def test_each_team_lives_as_it_does_alone(quiet) -> None:
-    @quick_jit
+    @jax.jit
     def alone(weights, start):
         return rollout(ENV, Lineup.of_team(ToyTeam(weights), start), jax.random.key(9))[1]
 
@@ -158,7 +157,7 @@ WORLDS = 300
 
 @pytest.fixture(scope="module", params=[0.3, 5.0])
 def noisy(request) -> tuple[float, Trajectories]:
-    @quick_jit
+    @jax.jit
     def run(key):
         start = Start.draw(ENV, key, WORLDS)
         return rollout(ENV, Lineup.of_team(Still(None), start), key, request.param)[1]
@@ -202,7 +201,7 @@ def test_of_pairs_each_team_lives_in_its_own_world() -> None:
         lineup = Lineup.of_pairs(ToyTeam, teams.weights, start)
         return teams, start, rollout(ENV, lineup, jax.random.key(9))[0]
 
-    teams, start, lived = jax.device_get(quick_jit(run)(jax.random.key(7)))
+    teams, start, lived = jax.device_get(jax.jit(run)(jax.random.key(7)))
     offset, limit = start.state["offset"], start.state["limit"]
     returns = []
     for team in range(TEAMS):

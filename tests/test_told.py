@@ -7,7 +7,7 @@ import pytest
 from benchmarks.told import SPLIT, TOGETHER, assigned, stages, targets, told_rollout, variants, wanted
 
 from oracles.analytic_skills import go_to_skills
-from oracles.rover_cases import NEVER, quick_jit
+from oracles.rover_cases import NEVER
 from oracles.rover_scene import Scene
 from skillcrew.envs.registry import make
 from skillcrew.envs.rover.config import RoverConfig
@@ -25,7 +25,7 @@ CORNERS = [(0.0, 0.0), (20.0, 0.0), (0.0, 20.0), (20.0, 20.0)]
 def sent(scene: Scene, variant: str = TOGETHER, **state) -> str:
     """The type of each rover's target, POIs in the corners."""
     one = scene.state(pois=CORNERS, **state)
-    choose = quick_jit(lambda states: targets(scene.env.config, states, variant))
+    choose = jax.jit(lambda states: targets(scene.env.config, states, variant))
     chosen = choose(jax.tree.map(lambda leaf: leaf[..., None], one))
     return "".join("ABCD"[kind] for kind in np.asarray(chosen)[:, 0])
 
@@ -127,5 +127,5 @@ def test_with_good_skills_it_finishes(variant: str, options: dict) -> None:
     config = RoverConfig(n_poi_types=3, world_size=12.0, episode_length=60, **options)
     env = RoverDomain(config)
     skills, names = go_to_skills(env)
-    rollout = quick_jit(lambda key: told_rollout.__wrapped__(env, skills, key, 100, variant, names))
+    rollout = jax.jit(lambda key: told_rollout.__wrapped__(env, skills, key, 100, variant, names))
     assert rollout(jax.random.key(0)) > 0.9

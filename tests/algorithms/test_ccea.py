@@ -13,7 +13,6 @@ import pytest
 import skillcrew as sc
 from algorithms.test_ea import AGENTS, DISCOUNT, EPISODES, WORLD
 from oracles.actors import ActorWorlds, discounted, steps_of
-from oracles.rover_cases import quick_jit
 from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.population import GenomeCodec
@@ -37,8 +36,8 @@ def ccea() -> sc.CCEA:
 
 @pytest.fixture(scope="module")
 def generation(ccea) -> tuple[Any, Any, dict[str, Any]]:
-    before = quick_jit(ccea.init)(jax.random.key(3))
-    return before, *quick_jit(ccea.step)(before)
+    before = jax.jit(ccea.init)(jax.random.key(3))
+    return before, *jax.jit(ccea.step)(before)
 
 
 def test_individuals_are_credited_with_the_best_of_their_teams(ccea, generation) -> None:

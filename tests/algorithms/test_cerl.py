@@ -11,7 +11,6 @@ import pytest
 import skillcrew as sc
 from algorithms.test_independent import LEARNER
 from oracles.refusals import refusal, unhooked
-from oracles.rover_cases import quick_jit
 from skillcrew.algorithms import cerl as cerl_module
 from skillcrew.envs.environment import Environment, TimeStep
 
@@ -70,7 +69,7 @@ def trained(cerl) -> tuple[Any, dict[str, Any]]:
     def run(key):
         return jax.lax.scan(lambda carry, _: cerl.step(carry), cerl.init(key), length=60)
 
-    state, metrics = quick_jit(run)(jax.random.key(0))
+    state, metrics = jax.jit(run)(jax.random.key(0))
     return state, jax.device_get(metrics)
 
 
@@ -110,7 +109,7 @@ def test_all_learners_migrate_in_their_generation() -> None:
     elites = len(DISCOUNTS) + 1
     cerl = sc.CERL(**{**SETTINGS, "evolution": sc.EvolutionConfig(elites=elites), "updates": 2})
     state = cerl.init(jax.random.key(2))
-    step = quick_jit(cerl.step)
+    step = jax.jit(cerl.step)
     # The biases of the two agents' actions come last.
     poor = jnp.zeros_like(state.lived.search.genomes).at[:, -2:].set(-9.0)
     search = dataclasses.replace(state.lived.search, genomes=poor)

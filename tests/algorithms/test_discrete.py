@@ -9,7 +9,6 @@ import pytest
 
 import skillcrew as sc
 from oracles.picking import AGENTS, CHOICES, LENGTH, Picking
-from oracles.rover_cases import quick_jit
 from oracles.toy import Toy
 from skillcrew.algorithms.registry import ALGORITHMS
 from skillcrew.envs.environment import Environment
@@ -60,8 +59,8 @@ def test_skills_and_selectors_learn_together():
         evolution=sc.EvolutionConfig(elites=2),
         selector=sc.SelectorConfig(hidden=()),
     )
-    state = quick_jit(algorithm.init)(jax.random.key(0))
-    step = quick_jit(algorithm.step)
+    state = jax.jit(algorithm.init)(jax.random.key(0))
+    step = jax.jit(algorithm.step)
     for _ in range(25):
         state, metrics = step(state)
     assert float(metrics["champion_fitness"]) > 0.75
@@ -77,8 +76,8 @@ def test_independent_dqn_and_the_joint_one_of_erl_learn():
     dqn = DQNConfig(discount=0.0, learning_rate=1e-2, batch_size=64, network=network)
     for kind, returns in ((sc.IndependentDQN, "fitness_mean"), (sc.ERL, "learner_fitness")):
         algorithm = kind(Picking(), reward="team", updates=100, exploration_noise=0.3, dqn=dqn)
-        state = quick_jit(algorithm.init)(jax.random.key(0))
-        step = quick_jit(algorithm.step)
+        state = jax.jit(algorithm.init)(jax.random.key(0))
+        step = jax.jit(algorithm.step)
         for _ in range(12):
             state, metrics = step(state)
         # By chance it is a quarter; a third of the actions of who explores are random.

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from oracles.actors import ActorWorlds, discounted, steps_of
-from oracles.rover_cases import quick_jit
 from skillcrew.algorithms.ea import EA, EAConfig, EAState
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.world import RoverDomain
@@ -82,8 +81,8 @@ class Generation:
 def generation(request) -> Generation:
     config = config_of(request.param)
     ea = EA(RoverDomain(WORLD), config)
-    program = quick_jit(lambda state, factor: EA(Poisoned(factor), config).step(state))
-    before = quick_jit(ea.init)(jax.random.key(3))
+    program = jax.jit(lambda state, factor: EA(Poisoned(factor), config).step(state))
+    before = jax.jit(ea.init)(jax.random.key(3))
     after, measured = program(before, 1.0)
     actor = config.actor
     codec = GenomeCodec(

@@ -12,7 +12,6 @@ import pytest
 import skillcrew as sc
 from algorithms.test_independent import LEARNER
 from oracles.aiming import AGENTS, TARGETS, Aiming
-from oracles.rover_cases import quick_jit
 
 POPULATION, EPISODES, NOISY, PERIOD = 9, 4, 2, 3
 WRONG = (3.0, -3.0, -3.0)
@@ -42,7 +41,7 @@ def generations(erl) -> list[tuple[Any, dict[str, Any]]]:
     wrong = jnp.zeros_like(state.search.genomes).at[:, -AGENTS:].set(jnp.array(WRONG)[None])
     search = dataclasses.replace(state.search, genomes=wrong)
     state = dataclasses.replace(state, search=search)
-    step = quick_jit(erl.step)
+    step = jax.jit(erl.step)
     lived = [(state, {})]
     for _ in range(2 * PERIOD):
         state, metrics = step(lived[-1][0])
@@ -103,7 +102,7 @@ def test_it_finds_the_targets(erl) -> None:
     def run(key):
         return jax.lax.scan(lambda carry, _: erl.step(carry), erl.init(key), length=60)
 
-    state, metrics = quick_jit(run)(jax.random.key(1))
+    state, metrics = jax.jit(run)(jax.random.key(1))
     np.testing.assert_allclose(actions(erl, state), TARGETS, atol=0.3)
     assert metrics["learner_fitness"][-10:].mean() > metrics["learner_fitness"][:10].mean()
 

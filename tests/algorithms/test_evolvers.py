@@ -10,7 +10,6 @@ import pytest
 import skillcrew as sc
 from oracles.aiming import AGENTS, TARGETS, Aiming
 from oracles.refusals import refusal
-from oracles.rover_cases import quick_jit
 from skillcrew.evolution.evosax_bridge import EVOSAX_NAMES
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.network import NetworkConfig
@@ -30,7 +29,7 @@ def test_teams_learn_to_aim() -> None:
         state = algorithm.init(key)
         return jax.lax.scan(lambda carry, _: algorithm.step(carry), state, length=GENERATIONS)
 
-    state, metrics = quick_jit(jax.vmap(run))(jax.random.split(jax.random.key(0), 2))
+    state, metrics = jax.jit(jax.vmap(run))(jax.random.split(jax.random.key(0), 2))
     assert (metrics["fitness_mean"][:, 0] < -0.5).all()
     assert (metrics["fitness_mean"][:, -5:] > -0.02).all()
     assert (metrics["champion_fitness"][:, -1] > -0.02).all()

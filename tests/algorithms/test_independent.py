@@ -10,7 +10,6 @@ import pytest
 import skillcrew as sc
 from oracles.aiming import AGENTS, COMMON, TARGETS, Aiming
 from oracles.refusals import refusal, unhooked
-from oracles.rover_cases import quick_jit
 from skillcrew.algorithms import independent
 from skillcrew.algorithms.actor_learning import ActorLearning, ActorLearningConfig
 from skillcrew.policies.network import NetworkConfig
@@ -39,7 +38,7 @@ def trained(algorithm: Any, generations: int = 60) -> tuple[np.ndarray, Any]:
         state = algorithm.init(key)
         return jax.lax.scan(lambda carry, _: algorithm.step(carry), state, length=generations)
 
-    state, metrics = quick_jit(run)(jax.random.key(0))
+    state, metrics = jax.jit(run)(jax.random.key(0))
     observation = jnp.full((AGENTS, 4), 0.5)
     action, _, choice = algorithm.team(state).act(
         observation, algorithm.team(state).initial_memory(), jax.random.key(2)

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from oracles.generation import Lived
-from oracles.rover_cases import quick_jit
 from skillcrew.algorithms import skill_learning
 from skillcrew.algorithms import skill_teams as module
 from skillcrew.algorithms.madys import MADyS, MADySConfig
@@ -77,7 +76,7 @@ MADYS = MADyS(ENV, CONFIG)
 TRACES = []
 
 
-@quick_jit
+@jax.jit
 def compiled(state: SkillTeamsState, local_factor: Any, team_factor: Any) -> Any:
     TRACES.append(1)
     return MADyS(Poisoned(local_factor, team_factor), CONFIG).step(state)
@@ -87,7 +86,7 @@ def generation(state: SkillTeamsState, local_factor: float = 1.0, team_factor: f
     return compiled(state, local_factor, team_factor)
 
 
-init = quick_jit(MADYS.init)
+init = jax.jit(MADYS.init)
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +233,7 @@ def test_only_the_recorded_episodes_enter_the_buffer_and_all_count_for_fitness(
     # Learning is another test's, and takes long to compile.
     monkeypatch.setattr(skill_learning, "train_skills", lambda key, learner, learners, *rest: (learners, {}))
     recorded = 2
-    state, measured = quick_jit(MADyS(ENV, CONFIG, recorded_episodes=recorded).step)(before)
+    state, measured = jax.jit(MADyS(ENV, CONFIG, recorded_episodes=recorded).step)(before)
     kept = [episode for team in lived.teams for episode in team[:recorded]]
     kept += [episode for probe in lived.probes for episode in probe]
     for field in ("observation", "action"):
@@ -272,8 +271,8 @@ def test_a_strategy_moves_one_selector_with_memory_that_all_agents_share(monkeyp
         evolver="strategy",
         selector=SelectorConfig(hidden=(6,), memory=3, sharing="team"),
     )
-    first = quick_jit(madys.init)(jax.random.key(2))
-    after, measured = quick_jit(madys.step)(first)
+    first = jax.jit(madys.init)(jax.random.key(2))
+    after, measured = jax.jit(madys.step)(first)
     assert after.search.noise.shape[0] == 4
     assert not identical(after.search.mean, first.search.mean)
     team = madys.team(after)
@@ -393,7 +392,7 @@ def numbers(tree: Any) -> list[np.ndarray]:
 
 def test_seeds_side_by_side_equal_each_alone(run) -> None:
     keys = jnp.stack([jax.random.key(seed) for seed in (11, 5, 3)])
-    together, measured = quick_jit(lambda keys: jax.vmap(MADYS.step)(jax.vmap(MADYS.init)(keys)))(keys)
+    together, measured = jax.jit(lambda keys: jax.vmap(MADYS.step)(jax.vmap(MADYS.init)(keys)))(keys)
     for lane, seed in enumerate((11, 5, 3)):
         state, metrics = generation(init(jax.random.key(seed)))
         one = jax.tree.map(lambda leaf, lane=lane: leaf[lane], (together, measured))

@@ -4,7 +4,6 @@ import jax
 import numpy as np
 import pytest
 
-from oracles.rover_cases import quick_jit
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.world import RoverDomain
@@ -38,7 +37,7 @@ def history() -> dict[str, np.ndarray]:
     """Every metric over all generations."""
     madys = MADyS(RoverDomain(WORLD), CONFIG)
 
-    @quick_jit
+    @jax.jit
     def train(state):
         return jax.lax.scan(lambda state, _: madys.step(state), state, length=GENERATIONS)
 

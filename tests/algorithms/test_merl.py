@@ -1,6 +1,7 @@
 """MERL: whose reward gradients follow, who shares what, and who migrates; on a task whose best is known."""
 
 import dataclasses
+import functools
 from typing import Any
 
 import jax
@@ -12,9 +13,7 @@ import skillcrew as sc
 from algorithms.test_independent import LEARNER
 from oracles.aiming import AGENTS, COMMON, TARGETS, Aiming
 from oracles.refusals import refusal, unhooked
-from oracles.rover_cases import quick_jit
 from skillcrew.algorithms import merl as merl_module
-from skillcrew.envs.environment import TimeStep
 
 POPULATION, EPISODES, NOISY, HIDDEN = 7, 2, 5, 32
 SETTINGS: dict[str, Any] = {
@@ -31,14 +30,16 @@ SETTINGS: dict[str, Any] = {
 }
 
 
-class Contrary(Aiming):
-    """The same task, but the team is paid for being far from the targets."""
+class Signed(Aiming):
+    """The same task; with a sign of -1 the team is paid for being far from the targets."""
+
+    def __init__(self, sign: Any = 1.0):
+        super().__init__()
+        self.sign = sign
 
     def step(self, state, action, key):
         state, step = super().step(state, action, key)
-        return state, TimeStep(
-            step.observation, step.local_rewards, -step.team_reward, step.terminated, step.truncated
-        )
+        return state, dataclasses.replace(step, team_reward=self.sign * step.team_reward)
 
 
 def acting(team: Any) -> np.ndarray:
@@ -57,21 +58,30 @@ def learned_actions(algorithm: sc.MERL, state: Any) -> np.ndarray:
     return acting(learner)
 
 
-def lived(env: Any, generations: int, **fields: Any) -> tuple[sc.MERL, Any, dict[str, Any]]:
-    algorithm = sc.MERL(env, **SETTINGS, **fields)
+@functools.cache
+def programs(**fields: Any) -> tuple[Any, Any]:
+    """Its first state and its generation, of which the sign of the team's reward is an input."""
 
-    def run(key):
-        return jax.lax.scan(lambda carry, _: algorithm.step(carry), algorithm.init(key), length=generations)
+    def step(state, sign):
+        return sc.MERL(Signed(sign), **SETTINGS, **fields).step(state)
 
-    state, metrics = quick_jit(run)(jax.random.key(3))
-    return algorithm, state, jax.device_get(metrics)
+    return jax.jit(sc.MERL(Signed(), **SETTINGS, **fields).init), jax.jit(step)
+
+
+def lived(generations: int, sign: float = 1.0, **fields: Any) -> tuple[sc.MERL, Any, dict[str, Any]]:
+    init, step = programs(**fields)
+    state, told = init(jax.random.key(3)), []
+    for _ in range(generations):
+        state, metrics = step(state, sign)
+        told.append(jax.device_get(metrics))
+    return sc.MERL(Signed(), **SETTINGS, **fields), state, jax.tree.map(lambda *each: np.stack(each), *told)
 
 
 @pytest.mark.parametrize("sharing", ["trunk", "agent"])
 def test_gradients_never_see_the_teams_reward_and_evolution_never_sees_the_local_ones(sharing: str) -> None:
     """With the team's reward turned round, learners stay the same to the bit and elites do not."""
-    _, plain, told = lived(Aiming(), 1, sharing=sharing)
-    _, contrary, told_contrary = lived(Contrary(), 1, sharing=sharing)
+    _, plain, told = lived(1, sharing=sharing)
+    _, contrary, told_contrary = lived(1, -1.0, sharing=sharing)
     for one, other in zip(
         jax.tree.leaves(plain.learning.learners), jax.tree.leaves(contrary.learning.learners), strict=True
     ):
@@ -84,16 +94,16 @@ def test_gradients_never_see_the_teams_reward_and_evolution_never_sees_the_local
 @pytest.mark.parametrize(
     ("sharing", "reward", "expected"),
     [
-        ("trunk", "own", TARGETS),
-        ("agent", "own", TARGETS),
-        ("team", "own", [np.mean(TARGETS)] * AGENTS),
-        ("agent", "own+common", [(target + COMMON) / 2 for target in TARGETS]),
+        ("trunk", {}, TARGETS),
+        ("agent", {}, TARGETS),
+        ("team", {}, [np.mean(TARGETS)] * AGENTS),
+        ("agent", {"reward": "own+common"}, [(target + COMMON) / 2 for target in TARGETS]),
     ],
 )
 def test_learners_find_what_their_reward_asks_for_though_the_team_is_paid_for_the_contrary(
-    sharing: str, reward: str, expected: list[float]
+    sharing: str, reward: dict[str, str], expected: list[float]
 ) -> None:
-    algorithm, state, metrics = lived(Contrary(), 60, sharing=sharing, reward=reward)
+    algorithm, state, metrics = lived(60, -1.0, sharing=sharing, **reward)
     np.testing.assert_allclose(learned_actions(algorithm, state), expected, atol=0.25)
     # The champion is the one who does best by the team's reward.
     assert metrics["champion_fitness"][-1] > metrics["learner_fitness"][-1] + 0.5
@@ -104,32 +114,33 @@ def test_learners_find_what_their_reward_asks_for_though_the_team_is_paid_for_th
 
 @pytest.mark.parametrize("sharing", ["trunk", "agent"])
 def test_a_team_of_the_learners_migrates_and_wins_where_both_rewards_agree(sharing: str) -> None:
-    algorithm, state, metrics = lived(Aiming(), 60, sharing=sharing)
+    algorithm, state, metrics = lived(60, sharing=sharing)
     np.testing.assert_allclose(acting(algorithm.team(state)), TARGETS, atol=0.25)
     assert metrics["champion_fitness"][-1] > -0.08
 
 
 def test_the_learning_team_takes_the_place_of_the_worst_in_its_generations_only() -> None:
-    for period, expected in ((1, 1), (2, 0)):
-        algorithm = sc.MERL(
-            Aiming(),
-            **{**SETTINGS, "evolution": sc.EvolutionConfig(elites=1)},
-            sharing="agent",
-            migration_period=period,
-        )
-        before = algorithm.init(jax.random.key(4))
+    algorithm = sc.MERL(
+        Aiming(),
+        **{**SETTINGS, "evolution": sc.EvolutionConfig(elites=1)},
+        sharing="agent",
+        migration_period=2,
+    )
+    before, step = jax.jit(algorithm.init)(jax.random.key(4)), jax.jit(algorithm.step)
+    for expected in (0, 1, 0):
         # Everybody else aims far off, so that the migrant is the one elite if it came.
         by_agent = jnp.zeros_like(before.search.genomes).reshape(POPULATION, AGENTS, -1)
         far = by_agent.at[..., -1].set(9.0).reshape(POPULATION, -1)
         search = dataclasses.replace(before.search, genomes=far)
         before = dataclasses.replace(before, search=search)
-        after, _ = quick_jit(algorithm.step)(before)
+        after, _ = step(before)
         migration = algorithm._migration
         genome = migration._search.encode(
             jax.tree.map(lambda leaf: leaf[0], migration._teams(before.learning))
         )
         same = (np.asarray(after.search.genomes[0]) == np.asarray(genome)).all()
         assert int(same) == expected
+        before = after
 
 
 def test_agents_share_all_but_their_last_layer_or_nothing() -> None:
@@ -151,7 +162,7 @@ def test_coevolution_evolves_the_teams_when_it_is_asked_to() -> None:
     def run(key):
         return jax.lax.scan(lambda carry, _: algorithm.step(carry), algorithm.init(key), length=40)
 
-    state, metrics = quick_jit(run)(jax.random.key(5))
+    state, metrics = jax.jit(run)(jax.random.key(5))
     assert state.search.subpopulations.genomes.shape[:2] == (AGENTS, POPULATION)
     np.testing.assert_allclose(acting(algorithm.team(state)), TARGETS, atol=0.35)
     assert metrics["fitness_best"][-5:].mean() > metrics["fitness_best"][:5].mean()

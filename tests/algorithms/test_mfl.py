@@ -11,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from oracles.rover_cases import quick_jit
 from skillcrew.algorithms import skill_teams as module
 from skillcrew.algorithms.mfl import MFL, MFLConfig
 from skillcrew.algorithms.skill_teams import SkillTeamsState
@@ -75,7 +74,7 @@ class Poisoned(RoverDomain):
 ENV = RoverDomain(WORLD)
 
 
-@quick_jit
+@jax.jit
 def generation(state: SkillTeamsState, local_factor: Any = 1.0, team_factor: Any = 0.0) -> Any:
     """A generation, and beside it what its rollout was given and what came out of it."""
     received = []
@@ -105,7 +104,7 @@ def identical(one: Any, other: Any) -> bool:
 
 @pytest.fixture(scope="module")
 def first() -> SkillTeamsState:
-    return quick_jit(MFL(ENV, CONFIG).init)(jax.random.key(12))
+    return jax.jit(MFL(ENV, CONFIG).init)(jax.random.key(12))
 
 
 @pytest.fixture(scope="module")
@@ -194,7 +193,7 @@ def test_after_it_choices_are_the_selectors(pretrained, evolved) -> None:
         return selector(observation, jnp.zeros(0))[0]
 
     over = jax.vmap(jax.vmap(choose))  # Teams, then agents.
-    expected = quick_jit(jax.vmap(jax.vmap(over, (None, 1)), (None, 0)))(selectors, by_team)
+    expected = jax.jit(jax.vmap(jax.vmap(over, (None, 1)), (None, 0)))(selectors, by_team)
     expected = np.asarray(expected).transpose(0, 2, 1, 3).reshape(-1, WORLDS, AGENTS)
     assert choices_of(evolved[2]).tolist() == expected.tolist()
     assert len(np.unique(expected)) > 1
@@ -242,7 +241,7 @@ def test_a_race_costs_steps_only_where_it_decides_who_breeds() -> None:
     for finalists in (0, 3):
         race = RaceConfig(finalists=finalists, episodes=4)
         algorithm = MFL(ENV, dataclasses.replace(CONFIG, race=race))
-        step = quick_jit(algorithm.step)
+        step = jax.jit(algorithm.step)
         start = algorithm.init(jax.random.key(5))
         trained = dataclasses.replace(start, environment_steps=jnp.asarray(BUDGET, jnp.int32))
         steps[finalists] = [int(step(state)[1]["environment_steps"]) for state in (start, trained)]

@@ -7,7 +7,6 @@ import pytest
 
 import skillcrew as sc
 from oracles.mixed import LENGTH, SKILLS, Mixed, MixedDiscrete
-from oracles.rover_cases import quick_jit
 from skillcrew.algorithms.registry import ALGORITHMS
 from skillcrew.algorithms.repertoire import Repertoire
 from skillcrew.learners.dqn import DQNConfig
@@ -86,12 +85,12 @@ def make(kind, **fields):
 @pytest.mark.parametrize(("kind", "sharing"), [(Mixed, "team"), (MixedDiscrete, "agent")])
 def test_they_learn_together(kind, sharing):
     algorithm = make(kind, sharing=sharing)
-    state = quick_jit(algorithm.init)(jax.random.key(0))
-    step = quick_jit(algorithm.step)
+    state = jax.jit(algorithm.init)(jax.random.key(0))
+    step = jax.jit(algorithm.step)
     for _ in range(45):
         state, _ = step(state)
 
-    @quick_jit
+    @jax.jit
     def play(state):
         start = Start.draw(algorithm.env, jax.random.key(1), 2)
         return rollout(algorithm.env, Lineup.of_team(algorithm.team(state), start), jax.random.key(2))[1]

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import skillcrew as sc
-from oracles.rover_cases import quick_jit
 from oracles.two_phases import TwoPhases
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.config import RunConfig, to_yaml
@@ -68,7 +67,7 @@ CASES: dict[str, tuple[Callable[[Any], Any], tuple[tuple[float, float], ...]]] =
 
 @pytest.mark.parametrize(("make", "scales"), CASES.values(), ids=CASES)
 def test_a_search_is_the_same_on_any_scale(make, scales) -> None:
-    @quick_jit
+    @jax.jit
     def trained(times, plus):
         # One program for all scales, which the environment is made with while it is traced.
         algorithm = make(Paid(times, plus))

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from oracles.actors import ActorWorlds, discounted, steps_of
-from oracles.rover_cases import quick_jit
 from skillcrew.algorithms import skill_learning
 from skillcrew.algorithms.ea import EA
 from skillcrew.algorithms.madys import MADyS
@@ -109,8 +108,8 @@ def raced() -> Raced:
         after, metrics = search.evolve(jax.random.key(3), state, episodes, make_team)
         return after, metrics, state.genomes
 
-    told, metrics, genomes = jax.device_get(quick_jit(lambda key: generation(RACE, key))(jax.random.key(0)))
-    without = jax.device_get(quick_jit(lambda key: generation(CONFIG, key))(jax.random.key(0)))
+    told, metrics, genomes = jax.device_get(jax.jit(lambda key: generation(RACE, key))(jax.random.key(0)))
+    without = jax.device_get(jax.jit(lambda key: generation(CONFIG, key))(jax.random.key(0)))
     worlds = ActorWorlds(ENV)
     teams = [CODEC.decode(jnp.asarray(genome)) for genome in genomes]
     race_key = jax.random.split(jax.random.split(jax.random.key(3))[1])[0]
@@ -171,7 +170,7 @@ def test_the_races_steps_are_environment_steps(kind, monkeypatch) -> None:
         fields |= {"probe_episodes": 1, "skills": ("go_to_poi_A", "go_to_agent"), "updates": 2}
         fields |= {"learner": TD3Config(network=NetworkConfig((4,))), "buffer_capacity": 2000}
 
-    @quick_jit
+    @jax.jit
     def steps(key):
         racing, resting = kind(ENV, **fields), kind(ENV, **{**fields, "race": RaceConfig()})
         _, metrics = racing.step(racing.init(key))
@@ -190,7 +189,7 @@ def starts(config: SearchConfig) -> np.ndarray:
     """Where the first POI is in each world of a generation, team by team."""
     search = TeamSearch(ENV, CODEC, config)
 
-    @quick_jit
+    @jax.jit
     def draw(key):
         lineup = search.lineup(search.init(key), search.start(key), make_team)
         return lineup.start.state.poi_position[0, 0]
@@ -218,7 +217,7 @@ def test_fitness_is_of_the_worlds_that_a_team_met() -> None:
     told = []
     search._evolver.next_generation = lambda key, state, fitness, evaluations: told.append(fitness) or state
 
-    @quick_jit
+    @jax.jit
     def generation(key):
         state = search.init(key)
         lineup = search.lineup(state, search.start(jax.random.key(1)), make_team)

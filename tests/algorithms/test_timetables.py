@@ -13,7 +13,6 @@ import pytest
 
 import skillcrew as sc
 from oracles.refusals import refusal, unhooked
-from oracles.rover_cases import quick_jit
 from oracles.two_phases import AGENTS, DOWN, LENGTH, TURN, UP, TwoPhases
 from skillcrew.algorithms import skill_teams
 from skillcrew.algorithms.skill_learning import SkillLearning
@@ -48,7 +47,7 @@ def able(state: SkillTeamsState) -> SkillTeamsState:
     return dataclasses.replace(state, skills=dataclasses.replace(state.skills, learners=learners))
 
 
-@quick_jit
+@jax.jit
 def choices(team: Any) -> jax.Array:
     """[steps, agents]"""
     seen = jnp.ones((AGENTS, TwoPhases.observation_size))
@@ -69,11 +68,11 @@ def test_evolution_finds_what_to_do_first_and_what_then() -> None:
     assert (variation.networks, variation.phases, variation.skills) == (AGENTS, PHASES, SKILLS)
     assert variation.config is madys.config.evolution.phases
 
-    @quick_jit
+    @jax.jit
     def train(state):
         return jax.lax.scan(lambda state, _: madys.step(state), state, length=40)
 
-    first = able(quick_jit(madys.init)(jax.random.key(0)))
+    first = able(jax.jit(madys.init)(jax.random.key(0)))
     state, metrics = train(first)
     assert float(metrics["fitness_best"][0]) < 0.9
     assert float(metrics["fitness_best"][-1]) == pytest.approx(1.0)
@@ -102,12 +101,12 @@ def test_subpopulations_breed_by_what_knows_phases() -> None:
     algorithm = sc.MFL(TwoPhases(), selector=selector, pretraining_steps=1, **fields)
     traces = []
 
-    @quick_jit
+    @jax.jit
     def step(state):
         traces.append(1)
         return algorithm.step(state)
 
-    first = state = quick_jit(algorithm.init)(jax.random.key(1))
+    first = state = jax.jit(algorithm.init)(jax.random.key(1))
     for _ in range(3):
         state, metrics = step(state)
     assert len(traces) == 1

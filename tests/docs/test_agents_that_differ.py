@@ -2,27 +2,12 @@
 
 import re
 import shlex
-import sys
 from pathlib import Path
 
-import jax
-import pytest
-
 from cli.test_commands import call
-from experiment import tiny
 
 TEXT = (Path(__file__).parents[2] / "docs" / "tutorials" / "agents-that-differ.md").read_text()
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.DOTALL)
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    tiny.compile_once()
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    with jax.numpy_rank_promotion("allow"), jax.numpy_dtype_promotion("standard"):
-        yield tmp_path
-    sys.modules.pop("survey", None)
 
 
 def test_both_teams_are_trained(folder, capsys):

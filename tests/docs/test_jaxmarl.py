@@ -1,14 +1,10 @@
 """The tutorial on JaxMARL, followed word by word, with fewer steps."""
 
 import re
-import sys
 from pathlib import Path
 
-import jax
 import numpy as np
 import pytest
-
-from experiment import tiny
 
 pytest.importorskip("jaxmarl")
 
@@ -16,17 +12,6 @@ TEXT = (Path(__file__).parents[2] / "docs" / "tutorials" / "jaxmarl.md").read_te
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.DOTALL)
 SMALL = "population=7, episodes=1, probe_episodes=1, updates=2"
 FEWER = {"steps=3e5": "steps=300", "sc.MADyS(env)": f"sc.MADyS(env, {SMALL})"}
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    tiny.compile_once()
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", list(sys.path))
-    # A user's JAX promotes; ours is kept from it, under test.
-    with jax.numpy_rank_promotion("allow"), jax.numpy_dtype_promotion("standard"):
-        yield tmp_path
-    sys.modules.pop("spread_skills", None)
 
 
 def test_it_ends_with_a_team_that_is_scored_and_a_world_for_jaxmarl(folder, capsys):

@@ -4,12 +4,10 @@ import re
 import shlex
 from pathlib import Path
 
-import jax
 import numpy as np
 import pytest
 
 from cli.test_commands import call
-from experiment import tiny
 from skillcrew.envs.checks import play
 
 for package in ("gymnasium", "pettingzoo", "mpe2"):
@@ -30,15 +28,6 @@ FEWER = {
     ),
     "check": ("--environment.episode-length", "9"),
 }
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    tiny.compile_once()
-    monkeypatch.chdir(tmp_path)
-    # A user's JAX promotes; ours is kept from it, under test.
-    with jax.numpy_rank_promotion("allow"), jax.numpy_dtype_promotion("standard"):
-        yield tmp_path
 
 
 def test_its_python_runs(folder):

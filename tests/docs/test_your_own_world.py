@@ -3,28 +3,12 @@
 import json
 import re
 import shlex
-import sys
 from pathlib import Path
 
-import jax
-import pytest
-
 from cli.test_commands import call
-from experiment import tiny
 
 TEXT = (Path(__file__).parents[2] / "docs" / "tutorials" / "your-own-world.md").read_text()
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.DOTALL)
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    tiny.compile_once()
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", list(sys.path))
-    # A user's JAX promotes; ours is kept from it, under test.
-    with jax.numpy_rank_promotion("allow"), jax.numpy_dtype_promotion("standard"):
-        yield tmp_path
-    sys.modules.pop("rescue", None)
 
 
 def test_it_ends_with_a_team_that_is_trained_and_scored(folder, capsys):

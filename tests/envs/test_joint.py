@@ -5,7 +5,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from oracles.rover_cases import quick_jit
 from skillcrew.envs.joint import Joint, join, part
 from skillcrew.envs.rover.config import RoverConfig
 from skillcrew.envs.rover.world import RoverDomain
@@ -50,7 +49,7 @@ def lived():
 
         return (seen, joint_seen, alone_seen), jax.lax.scan(step, (plain, joint, alone), actions)[1]
 
-    return jax.device_get(quick_jit(run)(keys, actions))
+    return jax.device_get(jax.jit(run)(keys, actions))
 
 
 def test_what_it_sees_is_what_all_agents_see(lived) -> None:

@@ -22,7 +22,6 @@ from oracles.rescue_cases import (
     environment,
     random_states,
 )
-from oracles.rover_cases import quick_jit
 from skillcrew.envs.offers import (
     OffersCentralState,
     OffersCounterfactuals,
@@ -49,7 +48,7 @@ def test_many_worlds_step_like_each_of_them() -> None:
     env, states, actions = worlds_of(CASE, 3)
     keys = jax.random.split(jax.random.key(0), WORLDS)
     together = compiled_step(CASE)(states, actions, keys)
-    one_by_one = quick_jit(jax.vmap(env.step, in_axes=(-1, -1, 0), out_axes=-1))(states, actions, keys)
+    one_by_one = jax.jit(jax.vmap(env.step, in_axes=(-1, -1, 0), out_axes=-1))(states, actions, keys)
     for ours, theirs in zip(jax.tree.leaves(together), jax.tree.leaves(one_by_one), strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=2e-5, atol=2e-5)
 
@@ -57,7 +56,7 @@ def test_many_worlds_step_like_each_of_them() -> None:
 def test_worlds_are_drawn_as_the_page_says() -> None:
     env = environment(CASE)
     config = env.config
-    state, observation = quick_jit(env.reset_worlds)(jax.random.split(jax.random.key(1), 2000))
+    state, observation = jax.jit(env.reset_worlds)(jax.random.split(jax.random.key(1), 2000))
     margin = (1 - BASE_SHARE) / 2 * config.world_size
     base = np.asarray(state.base)
     assert margin <= base.min() and base.max() <= config.world_size - margin
@@ -156,7 +155,7 @@ def test_copies_pull_as_so_many_hands() -> None:
         held=jnp.array([[True, True, False], [False, False, False]]),
     )
     action = jnp.array([[-1.0, 0.0], [0.5, 0.0], [0.0, 0.0]])
-    rewards = quick_jit(env.counterfactual_rewards, static_argnums=3)
+    rewards = jax.jit(env.counterfactual_rewards, static_argnums=3)
     said = {copies: rewards(state, action, jax.random.key(0), copies).tolist() for copies in (0, 1, 3)}
     # On average -0.175 m; with three of the first -0.4375 m, which saves; too few hands without either.
     assert said == {0: [0.0, 0.0, 0.0], 1: [0.0, 0.0, 0.0], 3: [1.0, 0.0, 0.0]}
@@ -168,7 +167,7 @@ def test_what_it_offers() -> None:
         assert offers(env, offer)
     assert tuple(env.skill_texts) == env.skills
     one = jax.tree.map(lambda leaf: leaf[..., 0], states)
-    seen = np.asarray(quick_jit(env.central_state)(one))
+    seen = np.asarray(jax.jit(env.central_state)(one))
     agents, victims, cells = 3, 2, 25
     assert seen.shape == (2 + 2 * agents + 2 * victims + victims * agents + victims + cells + 1,)
     np.testing.assert_allclose(seen[:2], one.base)
@@ -180,7 +179,7 @@ def test_what_it_offers() -> None:
 
 def test_the_scene_shows_who_is_where_and_who_holds_whom() -> None:
     env, states, _ = worlds_of(CASE, 5)
-    draw = quick_jit(env.scene)
+    draw = jax.jit(env.scene)
     for w in range(20):
         one = jax.tree.map(lambda leaf, w=w: leaf[..., w], states)
         scene = draw(one)

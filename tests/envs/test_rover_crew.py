@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from oracles import refusals
-from oracles.rover_cases import quick_jit
 from oracles.rover_scene import FAR, STAND, Scene, around
 from skillcrew.envs.padded import uniform
 from skillcrew.envs.rover import config as rover_config
@@ -118,7 +117,7 @@ def test_a_crew_of_one_type_is_a_team_whose_rovers_are_alike() -> None:
         return seen, *env.step(state, -action, key)
 
     for ours, theirs in zip(
-        *(jax.tree.leaves(quick_jit(two_steps, static_argnums=0)(env)) for env in (uniform(crew), alike)),
+        *(jax.tree.leaves(jax.jit(two_steps, static_argnums=0)(env)) for env in (uniform(crew), alike)),
         strict=True,
     ):
         np.testing.assert_array_equal(ours, theirs)

@@ -15,7 +15,6 @@ from oracles.rover_cases import (
     compiled_step,
     environment,
     oracle_world,
-    quick_jit,
     random_actions,
     random_states,
 )
@@ -42,7 +41,7 @@ def keys_of(seed: int, worlds: int):
 def test_many_worlds_step_like_each_of_them(case: str) -> None:
     world, env, rng = oracle_world(**CASES[case]), environment(case), np.random.default_rng(5)
     states, actions = random_states(world, rng), random_actions(world, rng)
-    one_by_one = quick_jit(jax.vmap(env.step, in_axes=(-1, -1, 0), out_axes=-1))
+    one_by_one = jax.jit(jax.vmap(env.step, in_axes=(-1, -1, 0), out_axes=-1))
     together = compiled_step(case)(states, actions, keys_of(5, WORLDS))
     assert together[1].observation.shape == (env.n_agents, env.observation_size, WORLDS)
     assert_close_trees(together, one_by_one(states, actions, keys_of(5, WORLDS)))
@@ -50,7 +49,7 @@ def test_many_worlds_step_like_each_of_them(case: str) -> None:
 
 @pytest.mark.parametrize("case", ["lone rover", "vanish 180"])
 def test_many_worlds_reset_like_each_of_them(case: str) -> None:
-    reset, keys = quick_jit(environment(case).reset), keys_of(6, WORLDS)
+    reset, keys = jax.jit(environment(case).reset), keys_of(6, WORLDS)
     together = compiled_reset(case)(keys)
     for w in (0, 7, WORLDS - 1):
         assert_close_trees(jax.tree.map(lambda leaf, w=w: leaf[..., w], together), reset(keys[w]))
@@ -78,7 +77,7 @@ def test_sizes_and_names_are_those_of_the_arrays(case: str) -> None:
 @pytest.fixture(scope="module")
 def draws():
     """The states of four thousand resets, world axis last."""
-    return quick_jit(jax.vmap(lambda key: DRAWN.env.reset(key)[0], out_axes=-1))(keys_of(1, 4000))
+    return jax.jit(jax.vmap(lambda key: DRAWN.env.reset(key)[0], out_axes=-1))(keys_of(1, 4000))
 
 
 def assert_uniform(drawn, low: float, high: float) -> None:
@@ -117,7 +116,7 @@ def test_an_episode_starts_with_nothing_observed(draws) -> None:
 
 def test_a_world_without_options_is_drawn_as_it_always_was() -> None:
     """Results measured before an option existed stay what they were."""
-    state, _ = quick_jit(DRAWN.env.reset)(jax.random.key(9))
+    state, _ = jax.jit(DRAWN.env.reset)(jax.random.key(9))
     draw = jax.random.uniform(jax.random.key(9), (13,))
     np.testing.assert_allclose(state.position.ravel(), 3.5 + 3.0 * draw[:6], rtol=1e-5)
     np.testing.assert_allclose(state.heading, np.pi * (2 * draw[6:9] - 1), rtol=1e-5)
@@ -128,7 +127,7 @@ def test_a_world_without_options_is_drawn_as_it_always_was() -> None:
 @pytest.fixture(scope="module")
 def optional_draws():
     """As `draws`, with every option that draws something."""
-    return quick_jit(jax.vmap(lambda key: OPTIONS.env.reset(key)[0], out_axes=-1))(keys_of(2, 4000))
+    return jax.jit(jax.vmap(lambda key: OPTIONS.env.reset(key)[0], out_axes=-1))(keys_of(2, 4000))
 
 
 def test_every_order_is_as_likely(optional_draws) -> None:
@@ -169,14 +168,14 @@ def test_options_are_drawn_apart_from_everything_else(optional_draws) -> None:
 
 
 def test_the_same_key_draws_the_same_world() -> None:
-    reset = quick_jit(DRAWN.env.reset)
+    reset = jax.jit(DRAWN.env.reset)
     assert_close_trees(reset(jax.random.key(4)), reset(jax.random.key(4)))
     assert not np.allclose(reset(jax.random.key(4))[0].position, reset(jax.random.key(5))[0].position)
 
 
 def test_a_step_depends_on_the_state_and_the_action_alone() -> None:
     state = TINY.state([(5.0, 5.0), (4.0, 6.0)], [(1.0, 2.0)])
-    step, action = quick_jit(TINY.env.step), jnp.full((2, 2), 0.5)
+    step, action = jax.jit(TINY.env.step), jnp.full((2, 2), 0.5)
     first = step(state, action, jax.random.key(0))
     assert_close_trees(first, step(state, action, jax.random.key(1)))
 
@@ -192,7 +191,7 @@ def counting(function, calls: list[int]):
         calls.append(1)
         return function(*arguments)
 
-    return quick_jit(counted)
+    return jax.jit(counted)
 
 
 def test_an_episode_is_traced_once() -> None:
@@ -208,7 +207,7 @@ def test_an_episode_is_traced_once() -> None:
 def test_many_worlds_are_traced_once() -> None:
     traces: list[int] = []
     step = counting(TINY.env.step_worlds, traces)
-    state, _ = quick_jit(TINY.env.reset_worlds)(keys_of(0, 5))
+    state, _ = jax.jit(TINY.env.reset_worlds)(keys_of(0, 5))
     for seed in range(3):
         action = jax.random.uniform(jax.random.key(seed), (2, 2, 5))
         state, _ = step(state, action, keys_of(seed, 5))

@@ -1,8 +1,9 @@
 """What the Rover Domain offers beyond `reset` and `step`."""
 
+import jax
 import numpy as np
 
-from oracles.rover_cases import NEVER, quick_jit
+from oracles.rover_cases import NEVER
 from oracles.rover_scene import Scene
 from skillcrew.envs.offers import OffersCentralState, OffersScene, OffersSkillTexts, offers
 
@@ -21,7 +22,7 @@ def test_it_offers_a_scene_a_central_state_and_words() -> None:
 
 def test_the_central_state_tells_all() -> None:
     state = PLAIN.state(ROVERS, POIS, headings=[0.0, np.pi / 2], observed=[True, False, False], time=10)
-    seen = quick_jit(PLAIN.env.central_state)(state)
+    seen = jax.jit(PLAIN.env.central_state)(state)
     headings = [1, 0, 0, 1]  # Cosines, then sines.
     expected = [5, 6, 7, 8, *headings, 1, 2, 3, 4, 9, 5, 1, 0, 0, 10 / 50]
     np.testing.assert_allclose(seen, expected, atol=1e-6)
@@ -30,7 +31,7 @@ def test_the_central_state_tells_all() -> None:
 def test_the_central_state_tells_what_options_add() -> None:
     scene = Scene(n_agents=2, n_poi_types=3, order="drawn", poi_speed=0.5, breakdowns=1)
     state = scene.state(ROVERS, POIS, courses=[0, 90, 180], order=[2, 0, 1], breaks_at=[3, NEVER], time=3)
-    seen = quick_jit(scene.env.central_state)(state)
+    seen = jax.jit(scene.env.central_state)(state)
     np.testing.assert_allclose(seen[-11:], [1, 0, 0, 1, -1, 0, 2, 0, 1, 0, 1], atol=1e-6)
     assert len(seen) == 18 + 11
 
@@ -48,7 +49,7 @@ def test_the_scene_shows_where_everything_is_and_how_it_is() -> None:
         breaks_at=[NEVER, 3, NEVER],
         time=3,
     )
-    shown = quick_jit(scene.env.scene)(state)
+    shown = jax.jit(scene.env.scene)(state)
     agents, places = shown.points
     assert (shown.low, shown.high, agents.name) == ((0.0, 0.0), (9.0, 9.0), "agents")
     np.testing.assert_allclose(agents.position, rovers)
@@ -66,5 +67,5 @@ def test_the_scene_shows_where_everything_is_and_how_it_is() -> None:
 
 
 def test_without_breakdowns_all_work() -> None:
-    (agents, _) = quick_jit(PLAIN.env.scene)(PLAIN.state(ROVERS, POIS)).points
+    (agents, _) = jax.jit(PLAIN.env.scene)(PLAIN.state(ROVERS, POIS)).points
     assert [agents.states[state] for state in agents.state] == ["working", "working"]

@@ -15,7 +15,6 @@ from oracles.carrying import Decisions
 from oracles.checking import complaints
 from oracles.comparing import BORDER, one_world, random_actions
 from oracles.refusals import refusal, unhooked
-from oracles.rover_cases import quick_jit
 from oracles.warehouse_cases import (
     CASES,
     WORLDS,
@@ -42,7 +41,7 @@ def test_many_worlds_step_like_each_of_them() -> None:
     env, states, actions = worlds_of(CASE, 3)
     keys = jax.random.split(jax.random.key(0), WORLDS)
     together = compiled_step(CASE)(states, actions, keys)
-    one_by_one = quick_jit(jax.vmap(env.step, in_axes=(-1, -1, 0), out_axes=-1))(states, actions, keys)
+    one_by_one = jax.jit(jax.vmap(env.step, in_axes=(-1, -1, 0), out_axes=-1))(states, actions, keys)
     for ours, theirs in zip(jax.tree.leaves(together), jax.tree.leaves(one_by_one), strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=2e-5, atol=2e-5)
 
@@ -50,7 +49,7 @@ def test_many_worlds_step_like_each_of_them() -> None:
 @pytest.fixture(scope="module")
 def draws():
     """The states and observations of two thousand resets, world axis last."""
-    return quick_jit(environment(CASE).reset_worlds)(jax.random.split(jax.random.key(1), 2000))
+    return jax.jit(environment(CASE).reset_worlds)(jax.random.split(jax.random.key(1), 2000))
 
 
 def test_places_are_drawn_as_the_page_says(draws) -> None:
@@ -134,7 +133,7 @@ def test_one_enters_at_a_time_but_for_fellows() -> None:
     state = dataclasses.replace(
         first, position=waiting, gap=jnp.zeros(()), held=nobody, delivered=jnp.zeros(3, bool)
     )
-    go, step = jnp.zeros((5, 2)).at[:3, 0].set(1.0), quick_jit(env.step)
+    go, step = jnp.zeros((5, 2)).at[:3, 0].set(1.0), jax.jit(env.step)
 
     def entered(state) -> list[bool]:
         after, _ = step(state, go, jax.random.key(0))
@@ -155,7 +154,7 @@ def test_what_it_offers() -> None:
         assert offers(env, offer)
     assert tuple(env.skill_texts) == env.skills
     one = jax.tree.map(lambda leaf: leaf[..., 3], states)
-    seen = np.asarray(quick_jit(env.central_state)(one))
+    seen = np.asarray(jax.jit(env.central_state)(one))
     agents, orders, shelves, stations = 2, 1, 3, 4
     places = 2 * (agents + shelves + stations + orders) + 1
     assert seen.shape == (places + orders * (shelves + stations + 1 + agents + 1) + 1,)
@@ -166,7 +165,7 @@ def test_what_it_offers() -> None:
 
 def test_the_scene_shows_loads_bearers_and_the_wall() -> None:
     env, states, _ = worlds_of("in threes", 5)
-    config, draw = env.config, quick_jit(env.scene)
+    config, draw = env.config, jax.jit(env.scene)
     for w in range(20):
         one = jax.tree.map(lambda leaf, w=w: leaf[..., w], states)
         scene = draw(one)

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from oracles.refusals import refusal, unhooked
-from oracles.rover_cases import quick_jit
 from skillcrew.evolution import coevolution
 from skillcrew.evolution.coevolution import CoevolutionConfig, CoevolutionState, CooperativeCoevolution
 from skillcrew.evolution.evolver import Migrants
@@ -40,8 +39,8 @@ def evolver_of(**changes: Any) -> CooperativeCoevolution:
 def compiled(credit: str) -> tuple[CooperativeCoevolution, Any, Any]:
     """An evolver, and its `init` and `next_generation` as programs."""
     evolver = evolver_of(credit=credit)
-    init = quick_jit(lambda key: evolver.init(key, POPULATION))
-    return evolver, init, quick_jit(evolver.next_generation)
+    init = jax.jit(lambda key: evolver.init(key, POPULATION))
+    return evolver, init, jax.jit(evolver.next_generation)
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +151,7 @@ def test_the_famous_play_at_their_share_but_never_alone_nor_in_the_first_teams(l
     evolver, states = lived
     assert (np.asarray(states[0].members) < SIZE).all(), "nobody is famous yet"
     keys = jax.random.split(jax.random.key(100), 60)
-    drawn = quick_jit(jax.vmap(lambda key: evolver._team_up(key, SIZE, states[-1].hall)))(keys)
+    drawn = jax.jit(jax.vmap(lambda key: evolver._team_up(key, SIZE, states[-1].hall)))(keys)
     famous = []
     for members in np.asarray(drawn):
         assert (members[:SIZE] < SIZE).all()
@@ -190,7 +189,7 @@ def test_genes_never_cross_from_one_agent_to_another() -> None:
     )
     evolver = CooperativeCoevolution(evolution, CONFIG, lambda key, n: draw(key, n) + offset[None], AGENTS)
     state = evolver.init(jax.random.key(7), POPULATION)
-    step = quick_jit(evolver.next_generation)
+    step = jax.jit(evolver.next_generation)
     before = np.asarray(state.subpopulations.genomes)
     for number in range(4):
         key = jax.random.key(number)
@@ -208,7 +207,7 @@ def test_a_migrating_teams_members_replace_the_worst_of_their_subpopulations(arr
     fitness = jnp.asarray(np.random.default_rng(5).uniform(0, 1, POPULATION).astype(np.float32))
     team = 50.0 + jnp.arange(AGENTS * GENES, dtype=jnp.float32)
     migrants = Migrants(team[None], jnp.array([2.0]), jnp.asarray(arrive))
-    step = quick_jit(evolver.next_generation)
+    step = jax.jit(evolver.next_generation)
     after = step(jax.random.key(6), state, fitness, migrants=migrants)
     credit = np.asarray(evolver._credit(state, fitness))
     for agent in range(AGENTS):
@@ -241,7 +240,7 @@ def test_it_finds_what_only_partners_can_reach_together() -> None:
     state = evolver.init(jax.random.key(8), POPULATION)
     before = float(team_fitness(evolver.champion(state)[None])[0])
     keys = jax.random.split(jax.random.key(9), 150)
-    state, _ = quick_jit(lambda s: jax.lax.scan(generation, s, keys))(state)
+    state, _ = jax.jit(lambda s: jax.lax.scan(generation, s, keys))(state)
     assert before < 0.6 < 0.85 < float(team_fitness(evolver.champion(state)[None])[0])
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from oracles.refusals import refusal, unhooked
-from oracles.rover_cases import quick_jit
 from skillcrew.evolution import evosax_bridge
 from skillcrew.evolution.evolver import Evolver
 from skillcrew.evolution.evosax_bridge import (
@@ -41,7 +40,7 @@ def draw(key, population: int):
 def compiled(name: Any) -> tuple[EvosaxStrategy, Any, Any]:
     """An evolver, and its `init` and `next_generation` as programs."""
     evolver = EvosaxStrategy(name, CONFIG, draw, POPULATION)
-    return evolver, quick_jit(lambda key: evolver.init(key, POPULATION)), quick_jit(evolver.next_generation)
+    return evolver, jax.jit(lambda key: evolver.init(key, POPULATION)), jax.jit(evolver.next_generation)
 
 
 def fitnesses(seed: int = 0) -> np.ndarray:
@@ -81,8 +80,8 @@ def test_it_climbs_to_the_largest_fitness(name) -> None:
 def test_seeds_side_by_side_are_the_seeds_one_by_one(name) -> None:
     evolver, init, step = compiled(name)
     keys = jax.random.split(jax.random.key(4), 3)
-    together = quick_jit(jax.vmap(lambda key: evolver.init(key, POPULATION)))(keys)
-    steps = quick_jit(jax.vmap(evolver.next_generation, in_axes=(0, 0, None, None)))
+    together = jax.jit(jax.vmap(lambda key: evolver.init(key, POPULATION)))(keys)
+    steps = jax.jit(jax.vmap(evolver.next_generation, in_axes=(0, 0, None, None)))
     alone = [init(key) for key in keys]
     lived = []
     for fitness in jnp.asarray(fitnesses()):
@@ -199,7 +198,7 @@ def test_sep_cma_es_learns_the_scales_of_genes_in_time() -> None:
         fitness = -(evolver.genomes(state) ** 2 * scale[None]).sum(1)
         return evolver.next_generation(key, state, fitness), fitness.mean()
 
-    @quick_jit
+    @jax.jit
     def climb(key):
         return jax.lax.scan(generation, evolver.init(key, POPULATION), jax.random.split(key, 600))[1]
 
@@ -213,7 +212,7 @@ def test_open_es_steps_as_our_own_strategy_does() -> None:
     strategy = EvolutionStrategy(config, draw)
     theirs, ours = first("open_es"), strategy.init(jax.random.key(7), POPULATION)
     ours = ours.__class__(**{**vars(ours), "mean": theirs.distribution.mean})
-    step = quick_jit(strategy.next_generation)
+    step = jax.jit(strategy.next_generation)
     for time, fitness in enumerate(fitnesses()):
         half = theirs.population[: POPULATION // 2]
         noise = (half - theirs.distribution.mean[None]) / CONFIG.deviation
@@ -267,7 +266,7 @@ def test_populations_too_small_or_odd_are_refused(name, refused, accepted) -> No
 def test_the_smallest_population_evolves(name, accepted) -> None:
     evolver = EvosaxStrategy(name, CONFIG, draw, accepted)
 
-    @quick_jit
+    @jax.jit
     def genomes(key):
         state = evolver.next_generation(key, evolver.init(key, accepted), jnp.arange(float(accepted)))
         return evolver.genomes(state)

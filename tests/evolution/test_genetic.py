@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from oracles.rover_cases import quick_jit
 from skillcrew.evolution.evolver import Migrants
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState, next_generation
 from skillcrew.evolution.lineage import Level, Lineage
@@ -52,7 +51,7 @@ def evolve(config: EvolutionConfig) -> dict[str, Any]:
         return next_generation(key, state, fitness, config)
 
     keys = jax.random.split(jax.random.key(1), CASES)
-    after = quick_jit(jax.vmap(generation))(keys, past, known, fitness)
+    after = jax.jit(jax.vmap(generation))(keys, past, known, fitness)
     # The stated rule: at most `memory - 1` past evaluations count, and this one.
     counted = np.minimum(known, config.lineage_memory - 1)
     mean = (past * counted + fitness) / (counted + 1)
@@ -242,9 +241,9 @@ def test_proportional_selection_favours_by_share_of_fitness(mutated) -> None:
 def test_all_or_none_of_the_children_may_be_crossed(crossover_share: float) -> None:
     config = dataclasses.replace(CONFIG, crossover_share=crossover_share)
     genomes = jnp.tile(jnp.arange(5.0)[:, None], (1, 40))
-    after = quick_jit(
-        lambda key: next_generation(key, GeneticState.create(genomes), jnp.arange(5.0), config)
-    )(jax.random.key(0))
+    after = jax.jit(lambda key: next_generation(key, GeneticState.create(genomes), jnp.arange(5.0), config))(
+        jax.random.key(0)
+    )
     assert after.genomes.shape == genomes.shape
     mixed = np.asarray(after.genomes != after.genomes[:, :1]).any(1)[ELITES:]
     assert crossover_share == 1 or not mixed.any()
@@ -274,7 +273,7 @@ def test_a_population_begins_as_it_is_drawn_and_unknown() -> None:
 
 
 def test_heavier_evaluations_count_for_more_and_the_champion_is_first() -> None:
-    next_generation = quick_jit(GENETIC.next_generation)
+    next_generation = jax.jit(GENETIC.next_generation)
     after = next_generation(jax.random.key(5), known_population(), jnp.asarray(FITNESS), jnp.asarray(WEIGHTS))
     counted = EVALUATIONS + WEIGHTS
     mean = (KNOWN * EVALUATIONS + FITNESS * WEIGHTS) / counted

@@ -15,7 +15,6 @@ import pytest
 from scipy import stats
 
 from oracles.refusals import refusal, unhooked
-from oracles.rover_cases import quick_jit
 from skillcrew.evolution import phases as module
 from skillcrew.evolution.phases import (
     PhaseMutationConfig,
@@ -37,7 +36,7 @@ AGENTS, PHASES, SKILLS, WEIGHTS, CASES = 3, 5, 4, 6, 600
 ROW = PHASES * SKILLS + PHASES + WEIGHTS
 """Genes of one agent."""
 DEVIATION = 0.6
-CHANCES = ("skill", "copy", "block", "shift", "length", "stretch", "teammate", "network")
+CHANCES = ("skill", "copy", "block", "shift", "length", "stretch", "teammate", "network", "rule")
 """Each operator's probability, in `PhaseMutationConfig`."""
 NONE = PhaseMutationConfig(**dict.fromkeys(CHANCES, 0.0))
 
@@ -74,7 +73,7 @@ OPERATORS: dict[str, Callable[..., Timetables]] = {
 @pytest.fixture(scope="module")
 def after() -> dict[str, Timetables]:
     """What each operator makes of many teams, all in one program."""
-    return quick_jit(
+    return jax.jit(
         lambda keys, old: {name: jax.vmap(operator)(keys, old) for name, operator in OPERATORS.items()}
     )(KEYS, OLD)
 
@@ -202,7 +201,7 @@ def test_a_stretched_phase_moves_all_later_ones_by_as_much(after) -> None:
 def test_a_lone_phase_has_no_neighbour_and_no_border() -> None:
     lone = Timetables(OLD.scores[0, :, :1], OLD.lengths[0, :, :1])
     alone = ("copy", "shift", "length")
-    after = quick_jit(lambda key: [OPERATORS[name](key, lone) for name in alone])(jax.random.key(1))
+    after = jax.jit(lambda key: [OPERATORS[name](key, lone) for name in alone])(jax.random.key(1))
     for one in after:
         np.testing.assert_array_equal(one.scores, lone.scores)
         np.testing.assert_array_equal(one.lengths, lone.lengths)
@@ -220,7 +219,7 @@ def test_a_cut_in_time_keeps_when_phases_end() -> None:
     # Lengths below 0 count as 0.
     second = STACKED(second.scores, second.lengths - 0.2)
     cuts = jnp.asarray(np.arange(CASES) % (PHASES - 1) + 1)
-    child = quick_jit(jax.vmap(cut_in_time))(cuts, first, second)
+    child = jax.jit(jax.vmap(cut_in_time))(cuts, first, second)
     early = np.arange(PHASES) < np.asarray(cuts)[:, None]
     np.testing.assert_array_equal(
         child.scores, np.where(early[:, None, :, None], first.scores, second.scores)
@@ -255,7 +254,7 @@ def variation(config: PhaseMutationConfig = NONE) -> PhaseVariation:
 
 def test_a_child_has_a_cut_at_any_border_and_the_networks_of_one_parent() -> None:
     first, second = genomes_of(3), genomes_of(4)
-    child = quick_jit(variation().crossover)(jax.random.key(2), first, second)
+    child = jax.jit(variation().crossover)(jax.random.key(2), first, second)
     scores, _, weights = parts_of(child)
     (one, _, one_weights), (other, _, other_weights) = parts_of(first), parts_of(second)
     of_first, of_second = ((scores == parent).all((1, 3)) for parent in (one, other))
@@ -316,7 +315,7 @@ def mutate_by(configs: dict[str, PhaseMutationConfig], genomes: jax.Array, agent
         return one.mutate(key, genomes)
 
     keys = jax.random.split(jax.random.key(3), len(configs))
-    after, changed = jax.device_get(quick_jit(jax.vmap(mutate))(keys, jnp.asarray(values)))
+    after, changed = jax.device_get(jax.jit(jax.vmap(mutate))(keys, jnp.asarray(values)))
     return dict(zip(configs, zip(after, changed, strict=True), strict=True))
 
 
@@ -414,6 +413,24 @@ def test_a_certain_change_of_networks_happens_and_no_other(mutated) -> None:
     noise = new - old
     np.testing.assert_allclose(noise[:, 0], noise[:, 2], atol=1e-6)
     assert noise[:, 0][weights].std() == pytest.approx(NONE.network_deviation, rel=0.1)
+
+
+def test_a_certain_rule_is_one_weight_with_another_value_or_none_and_nothing_else(mutated) -> None:
+    scores, lengths, weights = changes(mutated["rule"][0])
+    assert not scores.any()
+    assert not lengths.any()
+    new = parts_of(mutated["rule"][0])[2]
+    which = weights.any(1)
+    assert (which.sum(1) == 1).all(), "one weight, of everybody"
+    assert (which.sum(0) > 0.5 * len(which) / WEIGHTS).all(), "any of them"
+    values = new.transpose(0, 2, 1)[which]
+    assert (values == values[:, :1]).all(), "it is the same rule for all"
+    values = values[:, 0]
+    assert (values == 0).mean() == pytest.approx(0.5, abs=0.08)
+    assert values[values != 0].mean() == pytest.approx(0, abs=0.5), "whatever it was before"
+    assert values[values != 0].std() == pytest.approx(NONE.rule_deviation, rel=0.12)
+    half = changes(mutated["rule at half"][0])[2].any((1, 2))
+    assert half.mean() == pytest.approx(0.5, abs=0.08)
 
 
 def test_one_change_has_nothing_to_do_with_another(mutated) -> None:
@@ -522,7 +539,7 @@ def test_a_probability_is_between_0_and_1(field: str, value: float) -> None:
 
 
 @pytest.mark.parametrize("value", [-0.5, float("inf"), float("nan")])
-@pytest.mark.parametrize("field", ["deviation", "network_deviation"])
+@pytest.mark.parametrize("field", ["deviation", "network_deviation", "rule_deviation"])
 def test_a_deviation_is_at_least_0(field: str, value: float) -> None:
     assert refusal(CONFIG, **{field: value}) == f"phases.{field} = {value}: give a number of at least 0"
 

@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from oracles.rover_cases import quick_jit
 from skillcrew.errors import UserError
 from skillcrew.evolution.coevolution import CoevolutionConfig
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState
@@ -39,7 +38,7 @@ def patient(generations: int) -> GeneticAlgorithm:
 
 
 PLAIN = patient(0)
-told = quick_jit(GENETIC.next_generation)
+told = jax.jit(GENETIC.next_generation)
 FIRST = GENETIC.init(jax.random.key(0), POPULATION)
 
 
@@ -214,7 +213,7 @@ def test_a_level_is_one_on_a_scale_of_successes_or_whatever_the_user_means() -> 
 def test_a_genetic_search_on_negative_returns_finds_its_way() -> None:
     """Where nothing changes it begins anew; where it does, it goes on."""
     genetic = GeneticAlgorithm(dataclasses.replace(CONFIG, restart=FREE), draw)
-    step = quick_jit(genetic.next_generation)
+    step = jax.jit(genetic.next_generation)
     state = genetic.init(jax.random.key(0), POPULATION)
     champion = np.asarray(state.genomes[0])
     for generation in range(4):

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from oracles.rover_cases import quick_jit
 from skillcrew.evolution.strategy import EvolutionStrategy, StrategyConfig, StrategyState, centred_ranks
 
 POPULATION, GENES, GENERATIONS = 12, 5, 4
@@ -21,12 +20,12 @@ def draw(key, population: int):
 
 
 STRATEGY = EvolutionStrategy(CONFIG, draw)
-next_generation = quick_jit(STRATEGY.next_generation)
+next_generation = jax.jit(STRATEGY.next_generation)
 
 
 @pytest.fixture(scope="module")
 def first() -> StrategyState:
-    return quick_jit(lambda key: STRATEGY.init(key, POPULATION))(jax.random.key(0))
+    return jax.jit(lambda key: STRATEGY.init(key, POPULATION))(jax.random.key(0))
 
 
 def fitnesses(seed: int = 0) -> np.ndarray:
@@ -119,7 +118,7 @@ def test_it_climbs_to_the_optimum_of_a_known_function(below: float | None) -> No
         state = strategy.next_generation(key, state, fitness)
         return state, jnp.linalg.norm(strategy.champion(state) - target)
 
-    @quick_jit
+    @jax.jit
     def climb(key):
         return jax.lax.scan(generation, strategy.init(key, 24), jax.random.split(key, 400))[1]
 
@@ -139,7 +138,7 @@ def test_an_individual_stands_by_its_own_fitness(first) -> None:
 RESTARTING = EvolutionStrategy(
     StrategyConfig(fitness_memory=1.0, patience=3, tolerance=0.05, restart_below=0.4), draw
 )
-told = quick_jit(RESTARTING.next_generation)
+told = jax.jit(RESTARTING.next_generation)
 
 
 def tell(state: StrategyState, *means: float) -> list[StrategyState]:
@@ -196,7 +195,7 @@ def test_a_good_search_never_begins_anew(first) -> None:
 
 def test_on_negative_returns_it_begins_anew_only_while_nothing_changes() -> None:
     free = EvolutionStrategy(StrategyConfig(fitness_memory=1.0, patience=3, tolerance=0.05), draw)
-    step = quick_jit(free.next_generation)
+    step = jax.jit(free.next_generation)
     state = first = free.init(jax.random.key(0), POPULATION)
     champions, fitness = [], []
     for generation, mean in enumerate([*[-15.0] * 4, -20.0, -20.0, *[-10.0] * 12]):

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from oracles.rover_cases import quick_jit
 from skillcrew.learners.plateau import Plateau, PlateauConfig, mean_return
 
 GENERATIONS, SKILLS = 16, 3
@@ -44,7 +43,7 @@ def follow(config: PlateauConfig):
         return plateau, plateau.stopped_at
 
     generations = jnp.arange(1, GENERATIONS + 1, dtype=jnp.int32)
-    return quick_jit(lambda returns: jax.lax.scan(observe, Plateau.create(SKILLS), (returns, generations))[1])
+    return jax.jit(lambda returns: jax.lax.scan(observe, Plateau.create(SKILLS), (returns, generations))[1])
 
 
 FOLLOW = follow(CONFIG)

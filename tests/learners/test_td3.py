@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from oracles import td3 as oracle
-from oracles.rover_cases import quick_jit
 from skillcrew.learners.batch import Batch
 from skillcrew.learners.td3 import TD3, TD3Config, TD3State
 from skillcrew.policies.network import NetworkConfig
@@ -80,7 +79,7 @@ def test_updates_equal_the_equations(name: str) -> None:
     with jax.enable_x64(True):
         learner = TD3(config, OBSERVATION, ACTION)
         state = jax.jit(learner.init)(jax.random.key(0))
-        update = quick_jit(learner.update)
+        update = jax.jit(learner.update)
         batches = draw_batches(config, np.random.default_rng(1))
         expected = oracle.Learner(
             net_of(state.actor.network),
@@ -142,8 +141,8 @@ def test_learners_stacked_by_vmap_equal_each_alone(small: TD3) -> None:
         for field, values in draw_batches(small.config, rng).items():
             drawn[field].append(values[0])
     batches = Batch(**{field: jnp.asarray(np.stack(v), jnp.float32) for field, v in drawn.items()})
-    together, losses = quick_jit(jax.vmap(small.update))(states, batches, keys)
-    alone = quick_jit(small.update)
+    together, losses = jax.jit(jax.vmap(small.update))(states, batches, keys)
+    alone = jax.jit(small.update)
     for skill in range(skills):
         inputs = jax.tree.map(lambda leaf, skill=skill: leaf[skill], (states, batches, keys))
         expected = alone(*inputs)

@@ -8,7 +8,6 @@ import numpy as np
 
 from oracles.generation import Episode
 from oracles.recurrent import remember
-from oracles.rover_cases import quick_jit
 from skillcrew.envs.environment import Environment
 
 
@@ -17,7 +16,7 @@ class ActorWorlds:
 
     def __init__(self, env: Environment):
         self.env = env
-        self._reset, self._step = quick_jit(env.reset), quick_jit(env.step)
+        self._reset, self._step = jax.jit(env.reset), jax.jit(env.step)
 
     def episode(self, actors: Any, start_key: Any) -> Episode:
         """One episode without noise.

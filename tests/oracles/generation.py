@@ -7,7 +7,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from oracles.rover_cases import quick_jit
 from skillcrew.envs.environment import Environment
 
 
@@ -31,7 +30,7 @@ class Lived:
 
     def __init__(self, env: Environment, selectors: Any, skills: Any, start_keys: Any, probes: int):
         self.env = env
-        self._episode = quick_jit(self._live)
+        self._episode = jax.jit(self._live)
         worlds = [jax.jit(env.reset)(key) for key in start_keys]
         self.worlds = [jax.device_get(state) for state, _ in worlds]
         n_skills = skills.network.biases[0].shape[0]

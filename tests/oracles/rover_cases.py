@@ -97,9 +97,6 @@ the square if POIs move."""
 WORLDS = 80
 """Worlds in a batch; always the same number, since each number is another compilation."""
 
-# For functions whose own optimised form is compared with the oracle elsewhere: compiles in half the time.
-quick_jit = functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
-
 
 @functools.cache
 def environment(case: str) -> Environment:

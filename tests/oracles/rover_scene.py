@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from oracles import rover
-from oracles.rover_cases import one_world, oracle_world, quick_jit
+from oracles.rover_cases import one_world, oracle_world
 from skillcrew.envs.environment import TimeStep
 from skillcrew.envs.padded import uniform
 from skillcrew.envs.rover.config import RoverConfig
@@ -28,7 +28,7 @@ class Scene:
     def __init__(self, **fields: Any):
         self.env = RoverDomain(RoverConfig(**fields))
         self.world: rover.World = oracle_world(**fields)
-        self._step = quick_jit(uniform(self.env).step)
+        self._step = jax.jit(uniform(self.env).step)
 
     def state(
         self,

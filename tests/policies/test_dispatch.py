@@ -5,14 +5,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from oracles.rover_cases import quick_jit
 from skillcrew.policies import dispatch
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.dispatch import BLOCK, apply_skills
 from skillcrew.policies.network import NetworkConfig
 
 SKILLS, OBSERVATION, ACTION = 5, 4, 3
-apply = quick_jit(apply_skills)
+apply = jax.jit(apply_skills)
 
 
 def skills_of(key) -> Actor:
@@ -82,7 +81,7 @@ def test_each_seed_has_skills_of_its_own(agents: int) -> None:
     seeds = 3
     skills = jax.vmap(skills_of)(jax.random.split(jax.random.key(4), seeds))
     observation, choice = drawn(agents)
-    actions = quick_jit(jax.vmap(apply_skills, in_axes=(0, None, 0)))(
+    actions = jax.jit(jax.vmap(apply_skills, in_axes=(0, None, 0)))(
         skills, observation, jnp.stack([(choice + seed) % SKILLS for seed in range(seeds)])
     )
     for seed in range(seeds):

@@ -12,7 +12,6 @@ from jax.flatten_util import ravel_pytree
 
 from oracles.recurrent import remember
 from oracles.refusals import refusal, unhooked
-from oracles.rover_cases import quick_jit
 from oracles.toy import Toy
 from skillcrew.policies import memory as module
 from skillcrew.policies.actor import Actor
@@ -49,7 +48,7 @@ def observations(seed: int = 1, steps: int = STEPS) -> np.ndarray:
 @pytest.mark.parametrize("scaling", ["symlog", "sqrt", "none"])
 def test_a_recurrent_network_equals_the_equations_step_by_step(scaling: str) -> None:
     network = at(networks_of(1, OUTPUTS, input_scaling=scaling), 0)
-    call = quick_jit(MemoryNetwork.__call__)
+    call = jax.jit(MemoryNetwork.__call__)
     memory, expected_memory = network.initial_memory(), np.zeros(UNITS)
     assert memory.tolist() == [0.0] * UNITS
     for observation in observations()[:, 0]:
@@ -84,7 +83,7 @@ def test_each_agent_gets_what_its_own_network_gives(count: int) -> None:
     networks = networks_of(count, OUTPUTS)
     memories = np.random.default_rng(2).uniform(-1, 1, (AGENTS, UNITS))
     seen = observations()[0]
-    call = quick_jit(functools.partial(for_each_agent, MemoryNetwork.__call__))
+    call = jax.jit(functools.partial(for_each_agent, MemoryNetwork.__call__))
     outputs, after = call(networks, jnp.asarray(seen), jnp.asarray(memories, jnp.float32))
     for agent in range(AGENTS):
         own = at(networks, agent if count > 1 else 0)
@@ -99,7 +98,7 @@ def skill_team(count: int, memory: int = UNITS) -> SkillTeam:
     return SkillTeam(Selector(networks_of(count, SKILLS, 4, memory=memory)), skills, AGENTS)
 
 
-act = quick_jit(lambda team, seen, memory: team.act(seen, memory, jax.random.key(0)))
+act = jax.jit(lambda team, seen, memory: team.act(seen, memory, jax.random.key(0)))
 
 
 @pytest.mark.parametrize("memory_units", [UNITS, 0])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from oracles.rover_cases import quick_jit
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.population import GenomeCodec, groups
 from skillcrew.policies.selector import Selector
@@ -69,7 +68,7 @@ def dealt_out() -> np.ndarray:
     """[0.3, 1.0 or 0.0 alike; cases; members]: the group of each member of many teams."""
     deal = jax.vmap(groups, in_axes=(0, None, None))
     keys = jax.random.split(jax.random.key(1), CASES)
-    return np.asarray(quick_jit(lambda keys: [deal(keys, MEMBERS, one) for one in (0.3, 1.0, 0.0)])(keys))
+    return np.asarray(jax.jit(lambda keys: [deal(keys, MEMBERS, one) for one in (0.3, 1.0, 0.0)])(keys))
 
 
 def test_one_group_more_with_the_same_probability_again(dealt_out) -> None:
@@ -108,7 +107,7 @@ def test_a_random_team_begins_in_groups() -> None:
     }
     # Groups are dealt by a key of their own.
     keys = {"some": key, "one": key, "none": jax.random.split(key)[0], "default": jax.random.split(key)[0]}
-    genomes = quick_jit(lambda keys: {name: codecs[name].create(keys[name], 40) for name in codecs})(keys)
+    genomes = jax.jit(lambda keys: {name: codecs[name].create(keys[name], 40) for name in codecs})(keys)
     drawn = {name: np.asarray(rows).reshape(40, AGENTS, -1) for name, rows in genomes.items()}
     np.testing.assert_array_equal(drawn["none"], drawn["default"])
     assert (drawn["one"] == drawn["one"][:, :1]).all()

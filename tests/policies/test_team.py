@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from oracles.rover_cases import quick_jit
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.selector import Selector
@@ -25,7 +24,7 @@ def team() -> SkillTeam:
             selectors(jax.random.split(key, AGENTS)), skills(jax.random.split(key, SKILLS)), AGENTS
         )
 
-    return quick_jit(create)(jax.random.key(0))
+    return jax.jit(create)(jax.random.key(0))
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +100,7 @@ def live(team: Team, worlds: int):
 def wandered(team):
     """Observations, actions and choices of exploring teams."""
     exploring = WanderingTeam(remembering(team), jnp.array(True), CHANGE)
-    return jax.device_get(quick_jit(lambda: live(exploring, WORLDS))())
+    return jax.device_get(jax.jit(lambda: live(exploring, WORLDS))())
 
 
 def test_exploring_agents_choose_each_skill_equally_often(wandered) -> None:
@@ -128,7 +127,7 @@ def test_exploring_agents_keep_a_choice_for_a_while(wandered) -> None:
 
 def test_exploring_agents_act_by_the_skill_that_they_chose(team, wandered) -> None:
     seen, (action, choice) = wandered
-    everything = quick_jit(jax.vmap(jax.vmap(Actor.__call__, (None, 0)), (0, None)))
+    everything = jax.jit(jax.vmap(jax.vmap(Actor.__call__, (None, 0)), (0, None)))
     for world in range(4):
         by_skill = everything(team.skills, seen[2, world])
         expected = by_skill[choice[2, world], np.arange(AGENTS)]
@@ -138,8 +137,8 @@ def test_exploring_agents_act_by_the_skill_that_they_chose(team, wandered) -> No
 def test_who_does_not_explore_acts_as_the_team_itself(team) -> None:
     own = remembering(team)
     resting = WanderingTeam(own, jnp.array(False), CHANGE)
-    _, (action, choice) = quick_jit(lambda: live(resting, 3))()
-    _, (expected_action, expected_choice) = quick_jit(lambda: live(own, 3))()
+    _, (action, choice) = jax.jit(lambda: live(resting, 3))()
+    _, (expected_action, expected_choice) = jax.jit(lambda: live(own, 3))()
     assert choice.tolist() == expected_choice.tolist()
     np.testing.assert_allclose(action, expected_action, rtol=1e-5, atol=1e-6)
     assert len(np.unique(choice)) > 1

@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from oracles.recurrent import remember
-from oracles.rover_cases import quick_jit
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.network import MLP, NetworkConfig
@@ -75,7 +74,7 @@ def walk(selector: Any, observations: jax.Array) -> tuple[jax.Array, jax.Array]:
     return jax.lax.scan(step, selector.initial_memory(), observations)[1]
 
 
-choices_of = quick_jit(walk)
+choices_of = jax.jit(walk)
 
 
 def open_loop(skills: Sequence[int], lengths: Sequence[float], steps: int = STEPS) -> list[int]:
@@ -145,7 +144,7 @@ def test_each_agent_goes_by_its_own_clock(shared: bool) -> None:
     selectors = [TimetableSelector(timetable_of(own, (1, 1, 1, 1, 1)), None, STEPS) for own in skills]
     team = skill_team(stacked(*selectors))
     clocks = jnp.array([[0.0], [9.0], [17.0]])
-    choice, memory = quick_jit(SkillTeam.choose)(team, jnp.zeros((AGENTS, OBSERVATION)), clocks)
+    choice, memory = jax.jit(SkillTeam.choose)(team, jnp.zeros((AGENTS, OBSERVATION)), clocks)
     assert choice.tolist() == [skills[0][0], skills[-1 if shared else 1][2], skills[-1][4]]
     assert memory.tolist() == [[1], [10], [18]]
     assert team.initial_memory().tolist() == [[0]] * AGENTS
@@ -154,7 +153,7 @@ def test_each_agent_goes_by_its_own_clock(shared: bool) -> None:
 @pytest.fixture(scope="module")
 def random_timetables() -> Timetable:
     create = jax.vmap(lambda key: Timetable.create(key, PHASES, SKILLS))
-    return quick_jit(create)(jax.random.split(jax.random.key(0), 2000))
+    return jax.jit(create)(jax.random.split(jax.random.key(0), 2000))
 
 
 def test_a_random_timetable_has_equal_lengths_and_any_skills(random_timetables) -> None:
@@ -180,7 +179,7 @@ def test_few_long_stretches_are_as_likely_as_many_short_ones(random_timetables) 
 @functools.cache
 def creation(memory: int) -> Any:
     config = PolicyConfig(hidden=(HIDDEN,), memory=memory, input_scaling="none")
-    return quick_jit(lambda key: TimetableSelector.create(key, OBSERVATION, SKILLS, STEPS, PHASES, config))
+    return jax.jit(lambda key: TimetableSelector.create(key, OBSERVATION, SKILLS, STEPS, PHASES, config))
 
 
 def redrawn(module: Any, rng: np.random.Generator) -> Any:
@@ -208,7 +207,7 @@ def seen_in_an_episode(seed: int = 2) -> jax.Array:
     return jnp.asarray(seen, jnp.float32)
 
 
-@quick_jit
+@jax.jit
 def episode(team: SkillTeam, seen: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Actions, choices and memories."""
 
@@ -394,7 +393,7 @@ def test_what_the_selector_remembers_goes_on_while_a_choice_is_kept(kind: str) -
     inner = redrawn(shapes, np.random.default_rng(4))
     seen = jnp.asarray(np.random.default_rng(3).normal(0, 2, (count, STEPS, OBSERVATION)), jnp.float32)
 
-    @quick_jit
+    @jax.jit
     @jax.vmap
     def both(inner, seen):
         return walk(inner, seen), walk(HoldingSelector(inner, hold), seen)

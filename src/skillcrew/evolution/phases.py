@@ -42,18 +42,22 @@ class PhaseMutationConfig:
     """Probability that it is that of all agents that follow the same; else it is that of a random part."""
     deviation: float = 0.4
     """Standard deviation of a change of length, in equal phases."""
-    network: float = 0.5
-    """Probability that the network of a reactive selector changes."""
-    network_deviation: float = 3.0
+    network: float = 0.25
+    """Probability that weights of a reactive selector's network change, many of them by a little."""
+    network_deviation: float = 1.0
     """Standard deviation of a change of one of its weights."""
-    network_share: float = 0.02
+    network_share: float = 0.1
     """Largest share of its weights that change, or one weight where that is less; each change draws its own
     share below it. 0: none."""
+    rule: float = 0.25
+    """Probability that one weight of the network gets another value, or none: a rule, for such as a flag."""
+    rule_deviation: float = 3.0
+    """Standard deviation of its value. A timetable's skill has a score of 1, which a rule must outweigh."""
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            if field.name in ("deviation", "network_deviation"):
+            if field.name.endswith("deviation"):
                 if not 0 <= value < float("inf"):
                     raise UserError(f"phases.{field.name} = {value}: give a number of at least 0")
             elif not 0 <= value <= 1:
@@ -123,13 +127,14 @@ class PhaseVariation:
             changed = operator(key_operator, timetables)
             who = self._who(key_who, probability, kin)
             timetables = _where(who, changed, timetables)
-        key_who, key_mate, key_network = jax.random.split(key, 3)
+        key_who, key_mate, key_network, key_rule = jax.random.split(key, 4)
         mate = jax.random.randint(key_mate, (), 0, self.networks)
         who = self._who(key_who, config.teammate, kin)
         timetables = _where(who, jax.tree.map(lambda leaf: leaf[mate][None], timetables), timetables)
         weights = jnp.where(who[:, None], weights[mate][None], weights)
         if weights.shape[1]:
             weights = self._change_network(key_network, weights, kin)
+            weights = self._set_rule(key_rule, weights, kin)
         return self._join(timetables, weights)
 
     def _who(
@@ -165,6 +170,21 @@ class PhaseVariation:
         noise = config.network_deviation * jax.random.normal(key_noise, (count,))
         who = self._who(key_who, config.network, kin)
         return jnp.where(who[:, None] & change[None], weights + noise[None], weights)
+
+    def _set_rule(
+        self,
+        key: Key[Array, ""],
+        weights: Float[Array, "networks weights"],
+        kin: Bool[Array, "networks networks"],
+    ) -> Float[Array, "networks weights"]:
+        """One weight gets a new value, as often as not 0: an agent follows another rule, or one less."""
+        key_who, key_which, key_value = jax.random.split(key, 3)
+        count = weights.shape[1]
+        which, whether = jax.random.uniform(key_which, (2,))
+        one = jnp.arange(count) == jnp.floor(which * count).astype(jnp.int32)
+        value = jnp.where(whether < 0.5, self.config.rule_deviation * jax.random.normal(key_value), 0.0)
+        who = self._who(key_who, self.config.rule, kin)
+        return jnp.where(who[:, None] & one[None], value, weights)
 
     def _split(self, genome: Float[Array, " genes"]) -> tuple[Timetables, Float[Array, "networks weights"]]:
         rows = genome.reshape(self.networks, -1)

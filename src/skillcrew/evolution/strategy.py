@@ -118,7 +118,9 @@ class EvolutionStrategy:
         del evaluations
         key_noise, key_anew = jax.random.split(key)
         first, mirrored = jnp.split(centred_ranks(fitness), 2)
-        gradient = (first - mirrored) @ state.noise / (fitness.shape[0] * self.config.deviation)
+        # A difference of equals must not be what a fused multiplication rounds: Adam would follow it.
+        difference = jnp.where(first == mirrored, 0.0, first - mirrored)
+        gradient = difference @ state.noise / (fitness.shape[0] * self.config.deviation)
         step, optimiser = self._optimiser.update(-gradient, state.optimiser)
         state = self._observe(state, fitness)
         stepped = dataclasses.replace(

@@ -1,5 +1,6 @@
 """The jitted program of a run: chunks of generations over a leading seed axis."""
 
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -14,9 +15,9 @@ from skillcrew.experiment.score import measured
 from skillcrew.policies.team import Team
 from skillcrew.rollout import Lineup, Start, Trajectories, rollout
 
-COMPILER_OPTIONS: dict[str, dict[str, str | bool]] = {"cpu": {"xla_backend_optimization_level": "1"}}
-"""By platform. What LLVM adds beyond its first level makes the program compile half as long again, and
-run no faster."""
+OPTIMIZATION_LEVEL = "xla_backend_optimization_level"
+"""XLA's option for how much LLVM does. On a CPU, what it adds beyond its first level makes a run's program
+compile half as long again, and run no faster."""
 
 
 class RunState(eqx.Module):
@@ -75,9 +76,10 @@ def compiled_chunk(
 
 
 def compiled(function: Callable[..., Any], argument: PyTree, **options: Any) -> Callable[..., Any]:
-    """A function compiled for such an argument, by `COMPILER_OPTIONS`."""
+    """A function compiled for such an argument; on a CPU at LLVM's first level, if `XLA_FLAGS` names none."""
     program = jax.jit(function, **options).lower(argument)
-    return program.compile(COMPILER_OPTIONS.get(jax.default_backend()))
+    ours = jax.default_backend() == "cpu" and OPTIMIZATION_LEVEL not in os.environ.get("XLA_FLAGS", "")
+    return program.compile({OPTIMIZATION_LEVEL: "1"} if ours else None)
 
 
 def play(algorithm: Algorithm, team: Team, key: Key[Array, ""], episodes: int) -> Trajectories:
