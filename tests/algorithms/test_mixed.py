@@ -23,8 +23,15 @@ def test_everybody_steps(name):
         if name in without:
             continue
         algorithm = sc.make_algorithm(name, kind())
-        _, metrics = jax.eval_shape(lambda key, of=algorithm: of.step(of.init(key)), jax.random.key(0))
+        before = jax.eval_shape(algorithm.init, jax.random.key(0))
+        after, metrics = jax.eval_shape(algorithm.step, before)
         assert "fitness_best" in metrics
+        # A first state of other types, weak ones included, would have a step compiled twice.
+        assert jax.tree.map(signature, after) == jax.tree.map(signature, before)
+
+
+def signature(leaf):
+    return leaf.shape, leaf.dtype, leaf.weak_type
 
 
 def test_a_repertoire_knows_whose_skills_are_whose():

@@ -70,7 +70,7 @@ class Progress(eqx.Module):
     def create(cls, genome: Float[Array, " genes"], config: RestartConfig) -> "Progress":
         """Of a search that begins; the genome stands for none."""
         floor = jnp.full((), config.floor, jnp.float32)
-        return cls(floor, floor, jnp.zeros((), jnp.int32), genome, jnp.full((), -jnp.inf))
+        return cls(floor, floor, jnp.zeros((), jnp.int32), genome, jnp.full((), -jnp.inf, jnp.float32))
 
     def observe(
         self, fitness: Float[Array, ""], spread: Float[Array, ""], config: RestartConfig
