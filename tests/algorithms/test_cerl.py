@@ -108,7 +108,7 @@ def test_all_learners_migrate_in_their_generation() -> None:
     """They take the places of the worst: among teams that bet on the little, all of them become elites."""
     elites = len(DISCOUNTS) + 1
     cerl = sc.CERL(**{**SETTINGS, "evolution": sc.EvolutionConfig(elites=elites), "updates": 2})
-    state = cerl.init(jax.random.key(2))
+    state = jax.jit(cerl.init)(jax.random.key(2))
     step = jax.jit(cerl.step)
     # The biases of the two agents' actions come last.
     poor = jnp.zeros_like(state.lived.search.genomes).at[:, -2:].set(-9.0)

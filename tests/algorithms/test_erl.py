@@ -36,7 +36,7 @@ def erl() -> sc.ERL:
 @pytest.fixture(scope="module")
 def generations(erl) -> list[tuple[Any, dict[str, Any]]]:
     """States and metrics of some generations, all teams of which shoot the wrong way and never mutate."""
-    state = erl.init(jax.random.key(0))
+    state = jax.jit(erl.init)(jax.random.key(0))
     # A network's biases come last, and those of its last layer at the very end.
     wrong = jnp.zeros_like(state.search.genomes).at[:, -AGENTS:].set(jnp.array(WRONG)[None])
     search = dataclasses.replace(state.search, genomes=wrong)

@@ -242,7 +242,7 @@ def test_a_race_costs_steps_only_where_it_decides_who_breeds() -> None:
         race = RaceConfig(finalists=finalists, episodes=4)
         algorithm = MFL(ENV, dataclasses.replace(CONFIG, race=race))
         step = jax.jit(algorithm.step)
-        start = algorithm.init(jax.random.key(5))
+        start = jax.jit(algorithm.init)(jax.random.key(5))
         trained = dataclasses.replace(start, environment_steps=jnp.asarray(BUDGET, jnp.int32))
         steps[finalists] = [int(step(state)[1]["environment_steps"]) for state in (start, trained)]
     assert steps[0][0] == steps[3][0]

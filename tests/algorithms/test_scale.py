@@ -71,7 +71,7 @@ def test_a_search_is_the_same_on_any_scale(make, scales) -> None:
     def trained(times, plus):
         # One program for all scales, which the environment is made with while it is traced.
         algorithm = make(Paid(times, plus))
-        state = algorithm.init(jax.random.key(3))
+        state = jax.jit(algorithm.init)(jax.random.key(3))
         first = algorithm.team(state)
         state, metrics = jax.lax.scan(lambda carry, _: algorithm.step(carry), state, length=GENERATIONS)
         return first, algorithm.team(state), metrics["fitness_best"], metrics["fitness_mean"]

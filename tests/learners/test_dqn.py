@@ -52,8 +52,8 @@ def values(network: ActionValues, observation: np.ndarray, dueling: bool) -> np.
 def test_targets_are_those_of_the_papers(double, dueling, decisions):
     config = dataclasses.replace(CONFIG, double=double, dueling=dueling)
     learner = DQN(config, OBSERVATION, CHOICES * decisions, decisions=decisions)
-    state = learner.init(jax.random.key(0))
-    other = learner.init(jax.random.key(1))
+    state = jax.jit(learner.init)(jax.random.key(0))
+    other = jax.jit(learner.init)(jax.random.key(1))
     state = DQNState(state.actor, other.actor, state.optimiser)
     batch = random_batch(CHOICES * decisions)
     expected = []
@@ -68,8 +68,8 @@ def test_targets_are_those_of_the_papers(double, dueling, decisions):
 
 
 def test_double_makes_a_difference_here():
-    state = DQN(CONFIG, OBSERVATION, CHOICES).init(jax.random.key(0))
-    other = DQN(CONFIG, OBSERVATION, CHOICES).init(jax.random.key(1))
+    state = jax.jit(DQN(CONFIG, OBSERVATION, CHOICES).init)(jax.random.key(0))
+    other = jax.jit(DQN(CONFIG, OBSERVATION, CHOICES).init)(jax.random.key(1))
     state = DQNState(state.actor, other.actor, state.optimiser)
     batch = random_batch(CHOICES)
     plain, double = (
@@ -118,7 +118,7 @@ def test_it_learns_what_actions_are_worth(dueling):
 
 def test_the_target_follows_slowly():
     learner = DQN(CONFIG, OBSERVATION, CHOICES)
-    state = learner.init(jax.random.key(0))
+    state = jax.jit(learner.init)(jax.random.key(0))
     batch = jax.tree.map(lambda leaf: leaf[None], random_batch(CHOICES))
     after, losses = learner.update(state, batch, jax.random.key(0))
     moved = jax.tree.map(lambda new, old: old + 0.05 * (new - old), after.actor, state.target_actor)

@@ -116,7 +116,7 @@ def small() -> TD3:
 
 
 def test_targets_start_as_copies_with_memory_of_their_own(small: TD3) -> None:
-    state = small.init(jax.random.key(3))
+    state = jax.jit(small.init)(jax.random.key(3))
     pairs = [(state.actor, state.target_actor), (state.critics, state.target_critics)]
     for network, target in pairs:
         for one, other in zip(jax.tree.leaves(network), jax.tree.leaves(target), strict=True):
@@ -125,7 +125,7 @@ def test_targets_start_as_copies_with_memory_of_their_own(small: TD3) -> None:
 
 
 def test_twin_critics_start_apart() -> None:
-    state = TD3(PLAIN, OBSERVATION, ACTION).init(jax.random.key(3))
+    state = jax.jit(TD3(PLAIN, OBSERVATION, ACTION).init)(jax.random.key(3))
     first = state.critics.network.weights[0]
     assert first.shape == (2, OBSERVATION + ACTION, 6)
     assert bool((first[0] != first[1]).all())
