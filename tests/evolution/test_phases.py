@@ -28,6 +28,7 @@ from skillcrew.evolution.phases import (
     shift,
     stretch,
 )
+from skillcrew.evolution.rules import TAKEN_AWAY
 from skillcrew.policies.memory import PolicyConfig
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.timetable import TimetableSelector
@@ -39,6 +40,7 @@ DEVIATION = 0.6
 CHANCES = ("skill", "copy", "block", "shift", "length", "stretch", "teammate", "network", "rule")
 """Each operator's probability, in `PhaseMutationConfig`."""
 NONE = PhaseMutationConfig(**dict.fromkeys(CHANCES, 0.0))
+SHARES = {"network_share": 0.4, "rule_share": 0.4}
 
 
 STACKED = jax.vmap(Timetables)
@@ -324,9 +326,9 @@ def mutated() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """By what is certain to happen, everything else never; and by half a chance of each operator alone."""
     configs = {"none": NONE}
     for name in CHANCES:
-        configs[name] = dataclasses.replace(NONE, **{name: 1.0}, together=1.0, group=0.0, network_share=0.4)
+        configs[name] = dataclasses.replace(NONE, **{name: 1.0}, together=1.0, group=0.0, **SHARES)
         configs[name + " at half"] = dataclasses.replace(configs[name], **{name: 0.5})
-    whole = {"skill": 1.0, "network": 1.0, "network_share": 0.4}
+    whole = {"skill": 1.0, "network": 1.0, **SHARES}
     configs["group"] = dataclasses.replace(NONE, **whole, together=0.0, group=1.0)
     configs["part"] = dataclasses.replace(NONE, **whole, together=0.0, group=0.0)
     configs["mixed"] = dataclasses.replace(NONE, block=1.0, together=0.5, group=0.3)
@@ -415,22 +417,27 @@ def test_a_certain_change_of_networks_happens_and_no_other(mutated) -> None:
     assert noise[:, 0][weights].std() == pytest.approx(NONE.network_deviation, rel=0.1)
 
 
-def test_a_certain_rule_is_one_weight_with_another_value_or_none_and_nothing_else(mutated) -> None:
+def test_certain_rules_are_a_few_weights_with_other_values_or_none_and_nothing_else(mutated) -> None:
     scores, lengths, weights = changes(mutated["rule"][0])
     assert not scores.any()
     assert not lengths.any()
-    new = parts_of(mutated["rule"][0])[2]
     which = weights.any(1)
-    assert (which.sum(1) == 1).all(), "one weight, of everybody"
-    assert (which.sum(0) > 0.5 * len(which) / WEIGHTS).all(), "any of them"
+    shares = np.linspace(np.log(1 / WEIGHTS), np.log(0.4), 1001)
+    assert which.mean() == pytest.approx(np.exp(shares).mean(), abs=0.03)
+    assert (which.mean(0) > 0.1).all(), "any of them"
+    new = parts_of(mutated["rule"][0])[2]
     values = new.transpose(0, 2, 1)[which]
-    assert (values == values[:, :1]).all(), "it is the same rule for all"
-    values = values[:, 0]
-    assert (values == 0).mean() == pytest.approx(0.5, abs=0.08)
-    assert values[values != 0].mean() == pytest.approx(0, abs=0.5), "whatever it was before"
-    assert values[values != 0].std() == pytest.approx(NONE.rule_deviation, rel=0.12)
+    assert (values == values[:, :1]).all(), "they are the same rules for all"
+    taken = np.array(
+        [(row[who] == 0).all() for row, who in zip(parts_of(mutated["rule"][0])[2][:, 0], which, strict=True)]
+    )
+    assert taken[which.any(1)].mean() == pytest.approx(TAKEN_AWAY, abs=0.06)
+    given = values[values[:, 0] != 0, 0]
+    # Whatever a weight was before.
+    assert given.mean() == pytest.approx(0, abs=0.4)
+    assert given.std() == pytest.approx(NONE.rule_deviation, rel=0.12)
     half = changes(mutated["rule at half"][0])[2].any((1, 2))
-    assert half.mean() == pytest.approx(0.5, abs=0.08)
+    assert half.mean() == pytest.approx(which.any(1).mean() / 2, abs=0.08)
 
 
 def test_one_change_has_nothing_to_do_with_another(mutated) -> None:
@@ -532,7 +539,7 @@ CONFIG = unhooked(module).PhaseMutationConfig
 
 
 @pytest.mark.parametrize("value", [-0.25, 1.5, float("nan")])
-@pytest.mark.parametrize("field", [*CHANCES, "together", "group", "network_share"])
+@pytest.mark.parametrize("field", [*CHANCES, "together", "group", *SHARES])
 def test_a_probability_is_between_0_and_1(field: str, value: float) -> None:
     expected = f"phases.{field} = {value}: give a probability between 0 and 1"
     assert refusal(CONFIG, **{field: value}) == expected

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, Key
 
 from skillcrew.errors import UserError
+from skillcrew.evolution.rules import nudge, set_rules
 
 
 class Timetables(eqx.Module):
@@ -49,10 +50,12 @@ class PhaseMutationConfig:
     network_share: float = 0.1
     """Largest share of its weights that change, or one weight where that is less; each change draws its own
     share below it. 0: none."""
-    rule: float = 0.25
-    """Probability that one weight of the network gets another value, or none: a rule, for such as a flag."""
+    rule: float = 0.5
+    """Probability that a few weights of the network get another value, or none: a rule, say for a flag."""
     rule_deviation: float = 3.0
-    """Standard deviation of its value. A timetable's skill has a score of 1, which a rule must outweigh."""
+    """Standard deviation of such a value. It must outweigh a timetable, whose skill has a score of 1."""
+    rule_share: float = 0.02
+    """Largest share of its weights that get one, drawn as for `network_share`."""
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -133,8 +136,8 @@ class PhaseVariation:
         timetables = _where(who, jax.tree.map(lambda leaf: leaf[mate][None], timetables), timetables)
         weights = jnp.where(who[:, None], weights[mate][None], weights)
         if weights.shape[1]:
-            weights = self._change_network(key_network, weights, kin)
-            weights = self._set_rule(key_rule, weights, kin)
+            weights = self._change_network(key_network, weights, kin, rules=False)
+            weights = self._change_network(key_rule, weights, kin, rules=True)
         return self._join(timetables, weights)
 
     def _who(
@@ -159,32 +162,18 @@ class PhaseVariation:
         key: Key[Array, ""],
         weights: Float[Array, "networks weights"],
         kin: Bool[Array, "networks networks"],
+        rules: bool,
     ) -> Float[Array, "networks weights"]:
+        """Weights change by a little; or, `rules`, get other values."""
         config = self.config
-        key_who, key_share, key_which, key_noise = jax.random.split(key, 4)
-        count = weights.shape[1]
-        # Uniform in its logarithm, from a single weight up.
-        share = jnp.maximum(config.network_share * count, 1.0) ** jax.random.uniform(key_share) / count
-        share = jnp.where(config.network_share > 0, share, 0.0)
-        change = jax.random.bernoulli(key_which, share, (count,))
-        noise = config.network_deviation * jax.random.normal(key_noise, (count,))
-        who = self._who(key_who, config.network, kin)
-        return jnp.where(who[:, None] & change[None], weights + noise[None], weights)
-
-    def _set_rule(
-        self,
-        key: Key[Array, ""],
-        weights: Float[Array, "networks weights"],
-        kin: Bool[Array, "networks networks"],
-    ) -> Float[Array, "networks weights"]:
-        """One weight gets a new value, as often as not 0: an agent follows another rule, or one less."""
-        key_who, key_which, key_value = jax.random.split(key, 3)
-        count = weights.shape[1]
-        which, whether = jax.random.uniform(key_which, (2,))
-        one = jnp.arange(count) == jnp.floor(which * count).astype(jnp.int32)
-        value = jnp.where(whether < 0.5, self.config.rule_deviation * jax.random.normal(key_value), 0.0)
-        who = self._who(key_who, self.config.rule, kin)
-        return jnp.where(who[:, None] & one[None], value, weights)
+        key_who, *keys = jax.random.split(key, 4)
+        if rules:
+            who = self._who(key_who, config.rule, kin)
+            changed = set_rules(keys, weights, config.rule_share, config.rule_deviation)
+        else:
+            who = self._who(key_who, config.network, kin)
+            changed = nudge(keys, weights, config.network_share, config.network_deviation)
+        return jnp.where(who[:, None], changed, weights)
 
     def _split(self, genome: Float[Array, " genes"]) -> tuple[Timetables, Float[Array, "networks weights"]]:
         rows = genome.reshape(self.networks, -1)
