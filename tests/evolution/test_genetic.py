@@ -368,3 +368,20 @@ def test_migrants_take_the_places_of_the_worst(arrive: bool) -> None:
                 float(mean[one]),
             )
             assert float(after.lineage.evaluations[one]) == 4.0
+
+
+def test_variation_is_told_whether_anybody_was_better() -> None:
+    told = []
+
+    class Telling:
+        def crossover(self, key, first, second):
+            return first
+
+        def mutate(self, key, genomes, judged):
+            told.append(bool(judged))
+            return genomes, jnp.zeros(len(genomes), bool)
+
+    state = GeneticState.create(draw(jax.random.key(0), POPULATION))
+    for fitness in (jnp.full(POPULATION, -3.0), jnp.full(POPULATION, -3.0).at[4].set(-2.5)):
+        next_generation(jax.random.key(1), state, fitness, CONFIG, variation=Telling())
+    assert told == [False, True]

@@ -303,7 +303,9 @@ def kindred(seed: int = 5) -> jax.Array:
 GENOMES = kindred()
 
 
-def mutate_by(configs: dict[str, PhaseMutationConfig], genomes: jax.Array, agents: int) -> dict[str, Any]:
+def mutate_by(
+    configs: dict[str, PhaseMutationConfig], genomes: jax.Array, agents: int, judged: bool = True
+) -> dict[str, Any]:
     """The genomes changed by each configuration, and which of them changed.
 
     One program for all: it takes the numbers of a configuration as inputs.
@@ -314,7 +316,7 @@ def mutate_by(configs: dict[str, PhaseMutationConfig], genomes: jax.Array, agent
     def mutate(key, values):
         one = unhooked(module).PhaseVariation(NONE, agents, PHASES, SKILLS)
         one.config = types.SimpleNamespace(**dict(zip(names, values, strict=True)))
-        return one.mutate(key, genomes)
+        return one.mutate(key, genomes, judged)
 
     keys = jax.random.split(jax.random.key(3), len(configs))
     after, changed = jax.device_get(jax.jit(jax.vmap(mutate))(keys, jnp.asarray(values)))
@@ -438,6 +440,17 @@ def test_certain_rules_are_a_few_weights_with_other_values_or_none_and_nothing_e
     assert given.std() == pytest.approx(NONE.rule_deviation, rel=0.12)
     half = changes(mutated["rule at half"][0])[2].any((1, 2))
     assert half.mean() == pytest.approx(which.any(1).mean() / 2, abs=0.08)
+
+
+def test_where_nobody_is_better_no_rules_are_given() -> None:
+    certain = dataclasses.replace(NONE, rule=1.0, together=1.0, group=0.0, **SHARES)
+    both = dataclasses.replace(certain, network=1.0, skill=1.0)
+    after = mutate_by({"rule": certain, "both": both}, GENOMES, AGENTS, judged=False)
+    np.testing.assert_array_equal(after["rule"][0], GENOMES)
+    scores, _, weights = changes(after["both"][0])
+    assert scores.any((1, 2, 3)).all(), "timetables change all the same"
+    deltas = (parts_of(after["both"][0])[2] - parts_of(GENOMES)[2])[weights]
+    assert deltas.std() == pytest.approx(NONE.network_deviation, rel=0.1)
 
 
 def test_one_change_has_nothing_to_do_with_another(mutated) -> None:

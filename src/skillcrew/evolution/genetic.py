@@ -225,11 +225,6 @@ def next_generation(
         variation: how children are made; by default as weights are varied.
     """
     variation = variation or WeightVariation(config.mutation)
-    key_select, key_pair, key_cross, key_mutate = jax.random.split(key, 4)
-    population = state.genomes.shape[0]
-    children = population - config.elites - config.challengers
-    crossed = round(config.crossover_share * children)
-
     lineage = state.lineage.add(fitness, config.lineage_memory, evaluations)
     level = state.level.add(lineage, config.level_memory)
     standing = lineage.standing(config.lineage_prior, level.mean)
@@ -237,6 +232,29 @@ def next_generation(
     elites = elected(standing, sure, config)
     promise = lineage.mean.at[elites].set(-jnp.inf)
     survivors = jnp.concatenate([elites, rank(promise)[: config.challengers]])
+    genomes, inherited = breed(key, state.genomes, fitness, lineage, standing, elites, config, variation)
+    return GeneticState(
+        jnp.concatenate([state.genomes[survivors], genomes]),
+        lineage.pick(survivors).concatenate(inherited),
+        level,
+        state.progress.observe(sure[elites[0]], jnp.ptp(fitness), config.restart),
+    )
+
+
+def breed(
+    key: Key[Array, ""],
+    genomes: Float[Array, "population genes"],
+    fitness: Float[Array, " population"],
+    lineage: Lineage,
+    standing: Float[Array, " population"],
+    elites: Int[Array, " elites"],
+    config: EvolutionConfig,
+    variation: Variation,
+) -> tuple[Float[Array, "children genes"], Lineage]:
+    """Children of those that are selected, some crossed with a random elite, and what is known of them."""
+    key_select, key_pair, key_cross, key_mutate = jax.random.split(key, 4)
+    children = genomes.shape[0] - config.elites - config.challengers
+    crossed = round(config.crossover_share * children)
     if config.selection == "tournament":
         selected = tournament(key_select, standing, children, config.tournament_size)
     else:
@@ -245,20 +263,14 @@ def next_generation(
     bounds = jnp.array([children, config.elites], jnp.int32)
     pairs = jax.random.randint(key_pair, (crossed, 2), 0, bounds[None], jnp.int32)
     partners, mates = selected[pairs[:, 0]], elites[pairs[:, 1]]
-    offspring = variation.crossover(key_cross, state.genomes[mates], state.genomes[partners])
+    offspring = variation.crossover(key_cross, genomes[mates], genomes[partners])
     copies = selected[crossed:]
-    genomes, mutated = variation.mutate(key_mutate, jnp.concatenate([offspring, state.genomes[copies]]))
+    bred = jnp.concatenate([offspring, genomes[copies]])
+    bred, mutated = variation.mutate(key_mutate, bred, jnp.ptp(fitness) > 0)
     # A crossed child is new; a copy that mutation spared is its parent and keeps all it has earned.
     is_new = mutated | (jnp.arange(children) < crossed)
-    inherited = lineage.pick(
-        jnp.concatenate([partners, copies]), jnp.where(is_new, config.lineage_inheritance, 1.0)
-    )
-    return GeneticState(
-        jnp.concatenate([state.genomes[survivors], genomes]),
-        lineage.pick(survivors).concatenate(inherited),
-        level,
-        state.progress.observe(sure[elites[0]], jnp.ptp(fitness), config.restart),
-    )
+    parents = jnp.concatenate([partners, copies])
+    return bred, lineage.pick(parents, jnp.where(is_new, config.lineage_inheritance, 1.0))
 
 
 def elected(

@@ -106,13 +106,21 @@ class PhaseVariation:
         return jax.vmap(of_child)(jax.random.split(key, len(first)), first, second)
 
     def mutate(
-        self, key: Key[Array, ""], genomes: Float[Array, "children genes"]
+        self, key: Key[Array, ""], genomes: Float[Array, "children genes"], judged: Bool[Array, ""]
     ) -> tuple[Float[Array, "children genes"], Bool[Array, " children"]]:
-        """The children, and which of them changed."""
-        children = jax.vmap(self._mutate)(jax.random.split(key, len(genomes)), genomes)
+        """The children, and which of them changed.
+
+        Args:
+            judged: whether anybody was better than another. Where nobody is, no rules are given: they would
+                pile up, and a search that is yet to begin would have left timetables behind.
+        """
+        keys = jax.random.split(key, len(genomes))
+        children = jax.vmap(self._mutate, in_axes=(0, 0, None))(keys, genomes, judged)
         return children, (children != genomes).any(1)
 
-    def _mutate(self, key: Key[Array, ""], genome: Float[Array, " genes"]) -> Float[Array, " genes"]:
+    def _mutate(
+        self, key: Key[Array, ""], genome: Float[Array, " genes"], judged: Bool[Array, ""]
+    ) -> Float[Array, " genes"]:
         config = self.config
         timetables, weights = self._split(genome)
         rows = genome.reshape(self.networks, -1)
@@ -136,8 +144,8 @@ class PhaseVariation:
         timetables = _where(who, jax.tree.map(lambda leaf: leaf[mate][None], timetables), timetables)
         weights = jnp.where(who[:, None], weights[mate][None], weights)
         if weights.shape[1]:
-            weights = self._change_network(key_network, weights, kin, rules=False)
-            weights = self._change_network(key_rule, weights, kin, rules=True)
+            weights = self._change_network(key_network, weights, kin)
+            weights = jnp.where(judged, self._set_rules(key_rule, weights, kin), weights)
         return self._join(timetables, weights)
 
     def _who(
@@ -162,17 +170,21 @@ class PhaseVariation:
         key: Key[Array, ""],
         weights: Float[Array, "networks weights"],
         kin: Bool[Array, "networks networks"],
-        rules: bool,
     ) -> Float[Array, "networks weights"]:
-        """Weights change by a little; or, `rules`, get other values."""
-        config = self.config
         key_who, *keys = jax.random.split(key, 4)
-        if rules:
-            who = self._who(key_who, config.rule, kin)
-            changed = set_rules(keys, weights, config.rule_share, config.rule_deviation)
-        else:
-            who = self._who(key_who, config.network, kin)
-            changed = nudge(keys, weights, config.network_share, config.network_deviation)
+        who = self._who(key_who, self.config.network, kin)
+        changed = nudge(keys, weights, self.config.network_share, self.config.network_deviation)
+        return jnp.where(who[:, None], changed, weights)
+
+    def _set_rules(
+        self,
+        key: Key[Array, ""],
+        weights: Float[Array, "networks weights"],
+        kin: Bool[Array, "networks networks"],
+    ) -> Float[Array, "networks weights"]:
+        key_who, *keys = jax.random.split(key, 4)
+        who = self._who(key_who, self.config.rule, kin)
+        changed = set_rules(keys, weights, self.config.rule_share, self.config.rule_deviation)
         return jnp.where(who[:, None], changed, weights)
 
     def _split(self, genome: Float[Array, " genes"]) -> tuple[Timetables, Float[Array, "networks weights"]]:

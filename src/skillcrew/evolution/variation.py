@@ -22,9 +22,13 @@ class Variation(Protocol):
         ...
 
     def mutate(
-        self, key: Key[Array, ""], genomes: Float[Array, "children genes"]
+        self, key: Key[Array, ""], genomes: Float[Array, "children genes"], judged: Bool[Array, ""]
     ) -> tuple[Float[Array, "children genes"], Bool[Array, " children"]]:
-        """The children, and which of them changed."""
+        """The children, and which of them changed.
+
+        Args:
+            judged: whether anybody was better than another. Where nobody is, nothing is selected.
+        """
         ...
 
 
@@ -43,6 +47,7 @@ class WeightVariation:
         return single_point(key, first, second)
 
     def mutate(
-        self, key: Key[Array, ""], genomes: Float[Array, "children genes"]
+        self, key: Key[Array, ""], genomes: Float[Array, "children genes"], judged: Bool[Array, ""]
     ) -> tuple[Float[Array, "children genes"], Bool[Array, " children"]]:
+        del judged
         return mutate(key, genomes, self.config)
