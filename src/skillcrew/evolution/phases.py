@@ -37,9 +37,9 @@ class PhaseMutationConfig:
     """Probability that a phase becomes longer or shorter, so that all later ones move."""
     teammate: float = 0.1
     """Probability that agents take over a teammate's timetable."""
-    together: float = 0.5
+    together: float = 0.75
     """Probability that a change is the whole team's, where each agent has a timetable of its own."""
-    group: float = 0.25
+    group: float = 0.15
     """Probability that it is that of all agents that follow the same; else it is that of a random part."""
     deviation: float = 0.4
     """Standard deviation of a change of length, in equal phases."""
