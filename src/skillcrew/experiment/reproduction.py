@@ -58,7 +58,7 @@ STEPS: Mapping[str, Mapping[tuple[str, ...], int]] = {
     "rover-t4-c3-simultaneous": {COMMITTED: 15_000_000},
     "rover-t2-c2-moving": {COMMITTED: 10_000_000},
     "rover-t4-c3-breakdown": {COMMITTED: 10_000_000},
-    "rescue-v1-c2": {CHOOSING: 6_000_000},
+    "rescue-v1-c2": {CHOOSING: 10_000_000},
     "rescue-v2-c2": {CHOOSING: 6_000_000},
     "rescue-v3-c3": {CHOOSING: 8_000_000},
     "warehouse-o1-c2": {CHOOSING: 6_000_000},
