@@ -45,6 +45,11 @@ def test_what_are_no_seeds(text):
         parse_seeds(text)
 
 
+def test_a_seed_that_was_taken_for_a_count_is_told_how_it_is_said():
+    with pytest.raises(UserError, match=r"2000 runs in one program; .* the seed 2000 alone is 2000\.\.2000"):
+        parse_seeds("2000")
+
+
 @pytest.mark.parametrize("text", ["default", "none", "B:A", "B:A,C:A+B"])
 def test_parents_there_and_back(text):
     assert format_parents(parse_parents(text)) == text

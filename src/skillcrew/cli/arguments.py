@@ -43,7 +43,7 @@ def parse_seeds(text: str) -> Seeds:
         count = int(text)
         if count < 1:
             raise UserError("--seeds 0: give at least one seed")
-        _check_count(count, text)
+        _check_count(count, text, hint=f"; the seed {count} alone is {count}..{count}")
         return Seeds(range(count))
     if match := re.fullmatch(r"(\d+)\.\.(\d+)", text):
         first, last = int(match[1]), int(match[2])
@@ -56,9 +56,9 @@ def parse_seeds(text: str) -> Seeds:
     raise UserError(f"--seeds {text}: give a count (5), a range (2000..2004) or a list (1,5,9)")
 
 
-def _check_count(count: int, text: str) -> None:
+def _check_count(count: int, text: str, hint: str = "") -> None:
     if count > MOST_SEEDS:
-        raise UserError(f"--seeds {text}: {count} runs in one program; give at most {MOST_SEEDS}")
+        raise UserError(f"--seeds {text}: {count} runs in one program; give at most {MOST_SEEDS}{hint}")
 
 
 def parse_parents(text: str) -> dict[str, tuple[str, ...]] | None:
