@@ -144,8 +144,11 @@ class PhaseVariation:
         timetables = _where(who, jax.tree.map(lambda leaf: leaf[mate][None], timetables), timetables)
         weights = jnp.where(who[:, None], weights[mate][None], weights)
         if weights.shape[1]:
-            weights = self._change_network(key_network, weights, kin)
-            weights = jnp.where(judged, self._set_rules(key_rule, weights, kin), weights)
+            small = (config.network_share, config.network_deviation)
+            weights = self._change_network(key_network, weights, kin, config.network, nudge, small)
+            large = (config.rule_share, config.rule_deviation)
+            ruled = self._change_network(key_rule, weights, kin, config.rule, set_rules, large)
+            weights = jnp.where(judged, ruled, weights)
         return self._join(timetables, weights)
 
     def _who(
@@ -170,22 +173,14 @@ class PhaseVariation:
         key: Key[Array, ""],
         weights: Float[Array, "networks weights"],
         kin: Bool[Array, "networks networks"],
+        probability: float,
+        change: Callable,
+        size: tuple[float, float],
     ) -> Float[Array, "networks weights"]:
+        """A change of weights, of a share and a deviation as `size` says, of whomever it is."""
         key_who, *keys = jax.random.split(key, 4)
-        who = self._who(key_who, self.config.network, kin)
-        changed = nudge(keys, weights, self.config.network_share, self.config.network_deviation)
-        return jnp.where(who[:, None], changed, weights)
-
-    def _set_rules(
-        self,
-        key: Key[Array, ""],
-        weights: Float[Array, "networks weights"],
-        kin: Bool[Array, "networks networks"],
-    ) -> Float[Array, "networks weights"]:
-        key_who, *keys = jax.random.split(key, 4)
-        who = self._who(key_who, self.config.rule, kin)
-        changed = set_rules(keys, weights, self.config.rule_share, self.config.rule_deviation)
-        return jnp.where(who[:, None], changed, weights)
+        who = self._who(key_who, probability, kin)
+        return jnp.where(who[:, None], change(keys, weights, *size), weights)
 
     def _split(self, genome: Float[Array, " genes"]) -> tuple[Timetables, Float[Array, "networks weights"]]:
         rows = genome.reshape(self.networks, -1)
