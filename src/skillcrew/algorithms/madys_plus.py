@@ -26,7 +26,7 @@ class MADySPlusConfig(MADySConfig):
     quicker one wins although it succeeds less often."""
     evolution: EvolutionConfig = dataclasses.field(
         default_factory=lambda: EvolutionConfig(
-            elites=10, veterans=3, level_memory=20.0, challengers=20, restart=RestartConfig(patience=60)
+            elites=10, veterans=3, level_memory=20.0, challengers=20, restart=RestartConfig(patience=40)
         )
     )
     """How the genetic algorithm breeds. Where it is stuck it begins anew: unready skills can mislead it."""

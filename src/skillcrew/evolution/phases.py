@@ -43,14 +43,14 @@ class PhaseMutationConfig:
     """Probability that it is that of all agents that follow the same; else it is that of a random part."""
     deviation: float = 0.4
     """Standard deviation of a change of length, in equal phases."""
-    network: float = 0.25
+    network: float = 0.0
     """Probability that weights of a reactive selector's network change, many of them by a little."""
     network_deviation: float = 1.0
     """Standard deviation of a change of one of its weights."""
     network_share: float = 0.1
     """Largest share of its weights that change, or one weight where that is less; each change draws its own
     share below it. 0: none."""
-    rule: float = 0.5
+    rule: float = 1.0
     """Probability that a few weights of the network get another value, or none: a rule, say for a flag."""
     rule_deviation: float = 3.0
     """Standard deviation of such a value. It must outweigh a timetable, whose skill has a score of 1."""
