@@ -1,10 +1,11 @@
 """The search alone, on the skills that a run ended with: what each part of MADyS+ is worth.
 
-    python -m benchmarks.search_alone runs/plus [STEPS [VARIANTS]] > benchmarks/results/search_alone.md
+    python -m benchmarks.search_alone runs/plus [STEPS [VARIANTS [SEEDS]]] > search_alone.md
 
 `runs/plus` is a run of MADyS+. The skills are those of its first seed; they do not learn any more, so that
-variants differ in nothing but how they search. Seeds 1, 2 and 3, which no published run uses. VARIANTS is how
-many of them, by default all; the first three are MADyS+ and timetables.
+variants differ in nothing but how they search. Seeds 1 to SEEDS (3), which no published run uses. VARIANTS is
+how many of them, by default all; the first three are MADyS+ and timetables, the next four are about rules.
+Three seeds tell 0.9 from 0.5; a difference of 0.1 takes eight or more.
 """
 
 import dataclasses
@@ -23,7 +24,6 @@ from skillcrew.algorithms.skill_teams import SkillTeams
 from skillcrew.analysis.comparison import steps_to
 from skillcrew.experiment.generation import compiled, play
 
-SEEDS = (1, 2, 3)
 GENERATIONS, EPISODES, WINDOW = 5, 200, 3
 """Between two scores; of a score; scores in the running mean that a threshold is read off."""
 
@@ -44,17 +44,24 @@ def variants() -> Mapping[str, Callable[[Any], SkillTeams]]:
     def of_evolution(**changes: Any) -> Callable[[Any], SkillTeams]:
         return lambda env: sc.MADySPlus(env, evolution=dataclasses.replace(plus.evolution, **changes))
 
-    scopes = dataclasses.replace(plus.evolution.phases, together=0.0, group=0.0)
+    def of_phases(**changes: Any) -> Callable[[Any], SkillTeams]:
+        return of_evolution(phases=dataclasses.replace(plus.evolution.phases, **changes))
+
+    longer = dataclasses.replace(plus.evolution.restart, patience=60)
     return {
         "MADyS+": sc.MADySPlus,
         "without eyes (open loop)": of_selector(reactive=False),
         "without eyes, one timetable for all": of_selector(reactive=False, sharing="team"),
+        "rules beside small changes": of_phases(rule=0.5, network=0.25),
+        "rules in 0.7 of the children": of_phases(rule=0.7),
+        "small changes alone": of_phases(rule=0.0, network=0.5),
+        "a patience of 60": of_evolution(restart=longer),
         "eyes with a hidden layer of 16": of_selector(hidden=(16,)),
         "6 phases": of_selector(phases=6),
         "plain mutation and crossover": WithoutPhases,
         "nobody begins alike": of_selector(alike=0.0),
         "all begin alike": of_selector(alike=1.0),
-        "changes of random parts of the team alone": of_evolution(phases=scopes),
+        "changes of random parts of the team alone": of_phases(together=0.0, group=0.0),
         "no challengers": of_evolution(challengers=0),
         "no veterans, the level of one generation": of_evolution(veterans=0, level_memory=1.0),
         "4 episodes": lambda env: sc.MADySPlus(env, episodes=4),
@@ -65,7 +72,7 @@ def variants() -> Mapping[str, Callable[[Any], SkillTeams]]:
     }
 
 
-def search(algorithm: SkillTeams, skills: Any, steps: int) -> list[tuple[float, float, float]]:
+def search(algorithm: SkillTeams, skills: Any, steps: int, seeds: range) -> list[tuple[float, float, float]]:
     """For each seed the steps to 0.5 and 0.9 (NaN: never), and the champion's success in the end."""
 
     def begin(seed: Any) -> Any:
@@ -79,10 +86,10 @@ def search(algorithm: SkillTeams, skills: Any, steps: int) -> list[tuple[float, 
         score = play(algorithm, algorithm.team(state), key_score, EPISODES)
         return (state, key), measured["environment_steps"][-1], score.team_return().mean()
 
-    state = jax.jit(begin)(SEEDS[0])
+    state = jax.jit(begin)(seeds[0])
     program = compiled(go_on, state, donate_argnums=0)
     reached = []
-    for seed in SEEDS:
+    for seed in seeds:
         state, lived, scores = jax.jit(begin)(seed), [0], [0.0]
         while lived[-1] < steps:
             state, now, score = program(state)
@@ -94,21 +101,21 @@ def search(algorithm: SkillTeams, skills: Any, steps: int) -> list[tuple[float, 
 
 
 def main() -> int:
-    if not 2 <= len(sys.argv) <= 4:
+    if not 2 <= len(sys.argv) <= 5:
         print(__doc__, file=sys.stderr)
         return 2
     run = sc.Run(Path(sys.argv[1]))
     steps = round(float(sys.argv[2])) if len(sys.argv) > 2 else 4_000_000
     count = int(sys.argv[3]) if len(sys.argv) > 3 else None
+    seeds = range(1, 1 + (int(sys.argv[4]) if len(sys.argv) > 4 else 3))
     env = run.algorithm.env
     skills = run.champion(run.config.seeds[0]).skills
     print(f"# The search alone, on trained skills of `{env.name}`\n\n{cpu_model()}\n")
-    seeds = ", ".join(map(str, SEEDS))
-    print(f"{steps / 1e6:g} M steps; seeds {seeds}. The last column: mean of the last five scores, each on")
-    print(f"{EPISODES} fresh episodes.\n")
+    print(f"{steps / 1e6:g} M steps; seeds {seeds[0]} to {seeds[-1]}. The last column: mean of the last")
+    print(f"five scores, each on {EPISODES} fresh episodes.\n")
     print("| | million steps to 0.5 | to 0.9 | success in the end |\n|---|---|---|---|")
     for name, make in list(variants().items())[:count]:
-        columns = zip(*search(make(env), skills, steps), strict=True)
+        columns = zip(*search(make(env), skills, steps, seeds), strict=True)
         half, most, final = (list(column) for column in columns)
         success = " ".join(f"{share:.3f}" for share in final)
         print(f"| {name} | {_millions(half)} | {_millions(most)} | {success} |", flush=True)

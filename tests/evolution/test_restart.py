@@ -1,6 +1,7 @@
 """A genetic search that stalls low begins anew, and keeps the best that it gave up."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
@@ -12,6 +13,7 @@ from skillcrew.evolution.coevolution import CoevolutionConfig
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm, GeneticState
 from skillcrew.evolution.mutation import MutationConfig
 from skillcrew.evolution.restart import Progress, RestartConfig
+from skillcrew.evolution.strategy import LOW_AVERAGE
 
 POPULATION, GENES = 9, 4
 # Without priors a champion's fitness is what its lineage was told.
@@ -141,14 +143,20 @@ def test_coevolution_refuses_them_by_name() -> None:
 FREE = RestartConfig(patience=3, tolerance=0.05)
 
 
-def follow(config: RestartConfig, *fitness: float, spread: float = 0.0) -> tuple[list[int], Progress]:
+def follow(
+    config: RestartConfig, *fitness: float, spread: float = 0.0, others: Sequence[float] | None = None
+) -> tuple[list[int], Progress]:
     """The generations after which searches of such a fitness begin anew, and what is known in the end.
 
     The champion of generation i is a genome of is.
+
+    Args:
+        others: what the individuals were told; by default values of this spread.
     """
     anew, progress = [], Progress.create(jnp.full(GENES, -1.0), config)
     for generation, value in enumerate(fitness):
-        progress = progress.observe(jnp.float32(value), jnp.float32(spread), config)
+        of_all = value + spread * np.linspace(-0.5, 0.5, 5) if others is None else others
+        progress = progress.observe(jnp.float32(value), jnp.asarray(of_all, jnp.float32), config)
         if bool(progress.stalled(config)):
             anew.append(generation)
             progress = progress.begin_anew(jnp.full(GENES, float(generation)), config)
@@ -193,7 +201,7 @@ def test_the_champion_is_the_best_that_is_known_where_all_are_negative() -> None
     # Also in the generation in which the search begins, when nothing is known of the new one.
     _, begun = follow(FREE, *[-15.0] * 4)
     np.testing.assert_array_equal(begun.champion(current), given_up)
-    better = progress.observe(jnp.float32(-10.0), jnp.float32(0.0), FREE)
+    better = progress.observe(jnp.float32(-10.0), jnp.full(POPULATION, -10.0), FREE)
     np.testing.assert_array_equal(better.champion(current), current)
 
 
@@ -223,5 +231,55 @@ def test_a_genetic_search_on_negative_returns_finds_its_way() -> None:
     assert float(genetic.champion_fitness(state)) == -15.0
     for generation in range(4, 16):
         state = step(key_of(generation), state, jnp.full(POPULATION, -14.0 + 0.5 * (generation > 5)))
-    assert state.lineage.evaluations.any() and int(state.progress.waited) < 0
+    assert state.lineage.evaluations.any() and int(state.progress.waited) > CONFIG.restart.patience
     np.testing.assert_array_equal(genetic.champion(state), state.genomes[0])
+
+
+# Where most get nothing at all
+
+
+NOTHING, SOME = [0.0, 0.0, 0.0, 1.0], [0.0, 0.5, 0.5, 1.0]
+
+
+@pytest.mark.parametrize(("times", "plus"), [(1.0, 0.0), (256.0, 0.0), (0.5, -64.0)])
+def test_one_that_improved_begins_anew_where_half_mostly_get_the_least_of_all(times, plus) -> None:
+    def when(config: RestartConfig, fitness: list[float], others: list[float]) -> list[int]:
+        scaled = [times * value + plus for value in others]
+        return follow(config, *(times * value + plus for value in fitness), others=scaled)[0]
+
+    improved = [0.0, 0.25, *[0.25] * 7]
+    assert when(FREE, improved, NOTHING) == [4, 8]
+    assert when(FREE, improved, SOME) == []
+    # It is not low any more.
+    assert when(FREE, [0.0, 0.75, *[0.75] * 7], NOTHING) == [4, 8]
+    assert when(FREE, [0.0, 0.875, *[0.875] * 7], NOTHING) == []
+
+
+def test_the_least_of_all_is_that_of_earlier_searches_too() -> None:
+    progress = Progress.create(jnp.zeros(GENES), FREE)
+    for value, others in ((0.0, [-4.0, 0.0, 0.0]), (1.0, [0.0, 0.0, 1.0]), *[(0.5, [0.0, 0.0, 1.0])] * 4):
+        progress = progress.observe(jnp.float32(value), jnp.asarray(others), FREE)
+        assert not progress.stalled(FREE)
+    begun = progress.begin_anew(jnp.zeros(GENES), FREE)
+    assert (float(begun.least), float(begun.most), int(begun.idle)) == (-4.0, 1.0, 0)
+
+
+def test_less_than_half_of_the_generations_are_not_most() -> None:
+    progress = Progress.create(jnp.zeros(GENES), FREE)
+    said = []
+    for generation in range(12):
+        others = NOTHING if generation % 3 == 0 else SOME
+        progress = progress.observe(jnp.float32(0.25 * (generation > 0)), jnp.asarray(others), FREE)
+        said.append(bool(progress.stalled(FREE)))
+    assert not any(said) and int(progress.waited) == 10
+
+
+def test_a_strategy_is_low_below_four_tenths() -> None:
+    """Its fitness is its whole population's mean, which never comes near the best."""
+    anew = []
+    for level in (0.375, 0.5):
+        progress = Progress.create(jnp.zeros(GENES), FREE)
+        for value in (0.0, *[level] * 4):
+            progress = progress.observe(jnp.float32(value), jnp.asarray(NOTHING), FREE)
+        anew.append((bool(progress.stalled(FREE)), bool(progress.stalled(FREE, LOW_AVERAGE))))
+    assert anew == [(True, True), (True, False)]

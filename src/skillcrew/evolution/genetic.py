@@ -237,7 +237,7 @@ def next_generation(
         jnp.concatenate([state.genomes[survivors], genomes]),
         lineage.pick(survivors).concatenate(inherited),
         level,
-        state.progress.observe(sure[elites[0]], jnp.ptp(fitness), config.restart),
+        state.progress.observe(sure[elites[0]], fitness, config.restart),
     )
 
 

@@ -14,6 +14,9 @@ LOW = 0.8
 NEVER = -(2**30)
 """Generations waited by a search that is never to begin anew."""
 
+HALF = 0.5
+"""Share of the individuals that get the least from which on a generation counts as one that gets nothing."""
+
 ROUNDING = 1e-6
 """Share of its own size by which a fitness that did not change may differ, for it is an average."""
 
@@ -29,7 +32,7 @@ class RestartConfig:
     """Generations without improvement of the fitness after which it does; 0 for never."""
     below: float | None = None
     """Fitness from which on it never does, however slowly it improves. Default: 0.8 where the environment
-    says what success is; elsewhere no fitness is known to be low, and only who never improved begins anew."""
+    says what success is; elsewhere only who never improved begins anew, or mostly gets nothing at all."""
     tolerance: float = 0.01
     """What counts as improvement: a difference in fitness or, where no `below` is known, a share of the
     difference between the best and the worst of a generation."""
@@ -61,6 +64,14 @@ class Progress(eqx.Module):
     """Its highest value since the search began (anew), but for what the tolerance swallowed."""
     waited: Int[Array, ""]
     """Generations since then; below 0 if the search is never to begin anew."""
+    risen: Bool[Array, ""]
+    """Whether it has ever been better than it began."""
+    idle: Int[Array, ""]
+    """Of the generations waited, those in which half of the individuals got no more than `least`."""
+    least: Float[Array, ""]
+    """The lowest fitness that any individual of this search, or of those given up, was ever told."""
+    most: Float[Array, ""]
+    """The highest."""
     kept: Float[Array, " genes"]
     """The best genome that was given up."""
     kept_fitness: Float[Array, ""]
@@ -69,57 +80,65 @@ class Progress(eqx.Module):
     @classmethod
     def create(cls, genome: Float[Array, " genes"], config: RestartConfig) -> "Progress":
         """Of a search that begins; the genome stands for none."""
-        floor = jnp.full((), config.floor, jnp.float32)
-        return cls(floor, floor, jnp.zeros((), jnp.int32), genome, jnp.full((), -jnp.inf, jnp.float32))
+        floor, infinity = jnp.full((), config.floor, jnp.float32), jnp.full((), jnp.inf, jnp.float32)
+        never, none = jnp.zeros((), bool), jnp.zeros((), jnp.int32)
+        return cls(floor, floor, none, never, none, infinity, -infinity, genome, -infinity)
 
     def observe(
-        self, fitness: Float[Array, ""], spread: Float[Array, ""], config: RestartConfig
+        self, fitness: Float[Array, ""], of_all: Float[Array, " population"], config: RestartConfig
     ) -> "Progress":
         """Takes in what one generation says of the search's fitness.
 
         Args:
-            spread: the difference between its best and its worst individual.
+            of_all: what its individuals were told.
         """
-        if config.below is None:
-            return self._observe_without_a_level(fitness, spread, config.tolerance)
-        improved = fitness > self.peak + config.tolerance
-        waited = jnp.where(improved, 0, self.waited + 1)
-        # A fitness below the floor is not on the scale that the level is on.
-        settled = (self.waited < 0) | (fitness < config.floor)
-        return dataclasses.replace(
-            self,
-            fitness=fitness,
-            peak=jnp.where(improved, fitness, self.peak),
-            waited=jnp.where(settled, NEVER, waited),
-        )
-
-    def _observe_without_a_level(
-        self, fitness: Float[Array, ""], spread: Float[Array, ""], tolerance: float
-    ) -> "Progress":
-        """The first fitness is what the search began with; whoever improves on it never begins anew."""
+        # Without a level nothing is known of the first fitness but that the search began with it.
         is_first = self.peak == -jnp.inf
-        began = jnp.where(is_first, fitness, self.peak)
-        improved = fitness > began + tolerance * spread + ROUNDING * jnp.abs(began)
-        waited = jnp.where(is_first, 0, self.waited + 1)
+        peak = jnp.where(is_first, fitness, self.peak)
+        tolerance = config.tolerance
+        if config.below is None:
+            tolerance = tolerance * jnp.ptp(of_all) + ROUNDING * jnp.abs(peak)
+        improved = fitness > peak + tolerance
+        waited = jnp.where(improved | is_first, 0, self.waited + 1)
+        if config.below is not None:
+            # A fitness below the floor is not on the scale that the level is on.
+            waited = jnp.where((self.waited < 0) | (fitness < config.floor), NEVER, waited)
+        least = jnp.minimum(self.least, of_all.min())
+        nothing = (of_all <= least).mean() >= HALF
         return dataclasses.replace(
             self,
             fitness=fitness,
-            peak=jnp.where(improved, fitness, began),
-            waited=jnp.where(improved | (self.waited < 0), NEVER, waited),
+            peak=jnp.where(improved, fitness, peak),
+            waited=waited,
+            risen=self.risen | improved,
+            idle=jnp.where(waited > 0, self.idle + nothing.astype(jnp.int32), 0),
+            least=least,
+            most=jnp.maximum(self.most, of_all.max()),
         )
 
-    def stalled(self, config: RestartConfig) -> Bool[Array, ""]:
-        """Whether the search is to begin anew."""
+    def stalled(self, config: RestartConfig, low: float = LOW) -> Bool[Array, ""]:
+        """Whether the search is to begin anew.
+
+        Args:
+            low: where no level is known, the share of the way from the least to the most fitness that
+                anybody got below which a search is low, if half of its individuals mostly get the least.
+        """
         if not config.patience:
             return jnp.zeros((), bool)
-        below = jnp.inf if config.below is None else config.below
-        return (self.waited >= config.patience) & (self.fitness < below)
+        waited = self.waited >= config.patience
+        if config.below is not None:
+            return waited & (self.fitness < config.below)
+        sparse = self.idle * 2 > self.waited
+        below = self.least + low * (self.most - self.least)
+        return waited & (~self.risen | (sparse & (self.fitness < below)))
 
     def begin_anew(self, champion: Float[Array, " genes"], config: RestartConfig) -> "Progress":
         """Of the search that takes this one's place; its champion is kept if it is the best so far."""
         better = self.fitness > self.kept_fitness
         return dataclasses.replace(
             Progress.create(jnp.where(better, champion, self.kept), config),
+            least=self.least,
+            most=self.most,
             kept_fitness=jnp.where(better, self.fitness, self.kept_fitness),
         )
 

@@ -36,7 +36,7 @@ class StrategyConfig:
     teams; 0 for never. The best that was given up stays the champion until the new search surpasses it."""
     restart_below: float | None = None
     """Average fitness from which on it never does, however slowly it improves. Default: 0.4 where the
-    environment says what success is; elsewhere it does only while it never improved (`RestartConfig`)."""
+    environment says what success is; elsewhere see `RestartConfig.below`."""
     tolerance: float = 0.01
     """What counts as improvement: a difference in fitness or, where no `restart_below` is known, a share of
     the difference between the best and the worst of a generation."""
@@ -129,7 +129,7 @@ class EvolutionStrategy:
             optimiser=optimiser,
             noise=jax.random.normal(key_noise, state.noise.shape),
         )
-        stalled = stepped.progress.stalled(self.config.restart)
+        stalled = stepped.progress.stalled(self.config.restart, LOW_AVERAGE)
         anew = self._begin_anew(key_anew, stepped)
         return jax.tree.map(lambda new, old: jnp.where(stalled, new, old), anew, stepped)
 
@@ -142,7 +142,7 @@ class EvolutionStrategy:
         return dataclasses.replace(
             state,
             evaluations=known + 1,
-            progress=state.progress.observe(average, jnp.ptp(fitness), self.config.restart),
+            progress=state.progress.observe(average, fitness, self.config.restart),
         )
 
     def _begin_anew(self, key: Key[Array, ""], state: StrategyState) -> StrategyState:
