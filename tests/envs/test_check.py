@@ -312,8 +312,8 @@ class Offering(Sound):
         place = jnp.stack([state["offset"], jnp.zeros(2)], axis=1)
         return sc.Scene((-3.0, -1.0), (3.0, 1.0), (sc.Points("agents", place),))
 
-    def counterfactual_rewards(self, state, action, key, copies):
-        return jnp.zeros(2)
+    def counterfactual_step(self, state, action, key, copies):
+        return state, jnp.zeros(())
 
 
 class WideState(Offering):
@@ -321,9 +321,19 @@ class WideState(Offering):
         return state["offset"][None]
 
 
-class OneReward(Offering):
-    def counterfactual_rewards(self, state, action, key, copies):
-        return jnp.zeros(())
+class RewardForEach(Offering):
+    def counterfactual_step(self, state, action, key, copies):
+        return state, jnp.zeros(2)
+
+
+class RewardAlone(Offering):
+    def counterfactual_step(self, state, action, key, copies):
+        return jnp.zeros(2)
+
+
+class OtherState(Offering):
+    def counterfactual_step(self, state, action, key, copies):
+        return {**state, "offset": state["offset"][None]}, jnp.zeros(())
 
 
 class DrawsNothing(Offering):
@@ -340,7 +350,9 @@ class DrawsNothing(Offering):
         (LongHaulers(), "reset's observation['hauler']", "has the shape (1, 6); make it (1, 5)"),
         (PlainTimeStep(), "step", "skillcrew.TimeStepByType"),
         (WideState(), "central_state", "of the shape (1, 2); make it one row"),
-        (OneReward(), "counterfactual_rewards", "of the shape (); make it one reward for each agent"),
+        (RewardForEach(), "counterfactual_step", "of the shape (2,); pay the team one reward, a scalar"),
+        (RewardAlone(), "counterfactual_step", "returns of the shape (2,); return the new state and"),
+        (OtherState(), "counterfactual_step", "a state unlike reset's; keep its structure"),
         (DrawsNothing(), "scene", "return a skillcrew.Scene"),
     ],
 )
@@ -360,7 +372,7 @@ def test_sound_worlds_of_every_kind(kind):
     if kind is Picking:
         assert "each agent picks one of 4" in said
     if kind is Offering:
-        assert "central_state, counterfactual_rewards, scene, skill_texts" in said
+        assert "central_state, counterfactual_step, scene, skill_texts" in said
 
 
 def test_skills_without_a_text_are_noted():

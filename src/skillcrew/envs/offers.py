@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
-from jaxtyping import Array, Float, Key, PyTree
+from jaxtyping import Array, Float, Int, Key, PyTree
 
 from skillcrew.envs.scene import Scene
 from skillcrew.errors import UserError
@@ -20,15 +20,18 @@ class OffersCentralState(Protocol):
 
 @runtime_checkable
 class OffersCounterfactuals(Protocol):
-    """What the team's reward would have been with more or fewer of each agent, for difference rewards."""
+    """What the team would get with more or fewer of an agent, for difference rewards."""
 
-    def counterfactual_rewards(
-        self, state: PyTree, action: Array, key: Key[Array, ""], copies: int
-    ) -> Float[Array, " agents"]:
-        """For each agent the team reward of this step if that agent were there so many times.
+    def counterfactual_step(
+        self, state: PyTree, action: Any, key: Key[Array, ""], copies: Int[Array, " agents"]
+    ) -> tuple[PyTree, Float[Array, ""]]:
+        """`step` with each agent there so many times; returns the new state and the team reward.
+
+        Copies are where their agent is and do what it does. Nobody senses anything, so what agents
+        would do otherwise is not asked; and what only sensors need may be left as it was.
 
         Args:
-            copies: 0 removes the agent, 1 is the step as it is, 3 adds two copies that do what it does.
+            copies: 0: the agent is not there, whatever it does; 1: as it is; 3: with two more like it.
         """
         ...
 
@@ -54,7 +57,7 @@ Offer = TypeVar("Offer")
 
 MEMBERS: Mapping[Any, str] = {
     OffersCentralState: "central_state(state)",
-    OffersCounterfactuals: "counterfactual_rewards(state, action, key, copies)",
+    OffersCounterfactuals: "counterfactual_step(state, action, key, copies)",
     OffersScene: "scene(state)",
     OffersSkillTexts: "skill_texts",
 }

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 
 from skillcrew.envs.checks.interface import traced
 from skillcrew.envs.checks.report import Finding
@@ -47,17 +48,31 @@ def _central_state(subject: Subject) -> tuple[str, Finding | None]:
 
 
 def _counterfactuals(subject: Subject) -> tuple[str, Finding | None]:
-    name, finding = "counterfactual_rewards", None
-
+    name, finding = "counterfactual_step", None
     offered = require(subject.env, OffersCounterfactuals, name)
+    nobody = jnp.zeros(subject.env.n_agents, jnp.int32)
 
     def of_state(state: Any) -> Any:
-        return offered.counterfactual_rewards(state, subject.still_of(), subject.key, 0)
+        return state, offered.counterfactual_step(state, subject.still_of(), subject.key, nobody)
 
-    rewards, failed = _of_state(subject, of_state, name)
-    if failed is None and getattr(rewards, "shape", None) != (subject.env.n_agents,):
-        finding = Finding("wrong", name, f"is {_shape(rewards)}; make it one reward for each agent, [agents]")
-    return name, failed or finding
+    returned, failed = _of_state(subject, of_state, name)
+    if failed is not None:
+        return name, failed
+    state, after = returned
+    if not isinstance(after, tuple) or len(after) != 2:
+        said = f"returns {_shape(after)}; return the new state and the team's reward"
+        return name, Finding("wrong", name, said)
+    if getattr(after[1], "shape", None) != ():
+        finding = Finding("wrong", name, f"pays {_shape(after[1])}; pay the team one reward, a scalar")
+    elif jax.tree.map(_kind, after[0]) != jax.tree.map(_kind, state):
+        finding = Finding(
+            "wrong", name, "gives a state unlike reset's; keep its structure and dtypes"
+        )
+    return name, finding
+
+
+def _kind(leaf: Any) -> tuple[Any, Any]:
+    return leaf.shape, leaf.dtype
 
 
 def _scene(subject: Subject) -> tuple[str, Finding | None]:

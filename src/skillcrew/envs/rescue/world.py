@@ -4,9 +4,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import ClassVar
 
-import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Float, Int, Key
 
 from skillcrew.envs import carrying
 from skillcrew.envs.environment import Environment, TimeStep
@@ -59,13 +58,17 @@ class RescueDomain(Environment):
         del keys
         return self._advance(state, action)
 
-    def counterfactual_rewards(
-        self, state: RescueState, action: Float[Array, "agents 2"], key: Key[Array, ""], copies: int
-    ) -> Float[Array, " agents"]:
+    def counterfactual_step(
+        self,
+        state: RescueState,
+        action: Float[Array, "agents 2"],
+        key: Key[Array, ""],
+        copies: Int[Array, " agents"],
+    ) -> tuple[RescueState, Float[Array, ""]]:
         """See `OffersCounterfactuals`: copies of an agent hold what it holds, as additional hands."""
         del key
-        times = jnp.where(jnp.eye(self.n_agents, dtype=bool), float(copies), 1.0)
-        return jax.vmap(lambda one: self._team_reward(state, self._moved(state, action, one)))(times)
+        after = self._moved(state, action, copies.astype(jnp.float32))
+        return after, self._team_reward(state, after)
 
     def central_state(self, state: RescueState) -> Float[Array, " features"]:
         """Where all are as seen from the base, who holds whom, who is saved, what is searched, the time."""

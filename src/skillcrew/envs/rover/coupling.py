@@ -43,6 +43,7 @@ def newly_observed(
     pois_per_type: int,
     crew: Ranks,
     activation_distance: float,
+    copies: Int[Array, " agents"] | None = None,
 ) -> Bool[Array, "pois *worlds"]:
     """Which POIs meet all couplings in this step (thesis, section 4.1).
 
@@ -54,8 +55,11 @@ def newly_observed(
         squared_distance: infinite for a rover that does not count.
         unlocked: before this step.
         groups: types by the group that they are in, each type in exactly one.
+        copies: as how many each rover counts; by default as one.
     """
-    near = squared_distance <= activation_distance**2
+    near = (squared_distance <= activation_distance**2).astype(jnp.int32)
+    if copies is not None:
+        near = near * copies.reshape(1, -1, *(1,) * (near.ndim - 2))
     demands = [near[:, rows].sum(1, dtype=jnp.int32) >= kind.coupling for kind, rows in crew if kind.coupling]
     enough = functools.reduce(jnp.logical_and, demands)
     met = types_observed(enough, pois_per_type) & unlocked

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Key
+from jaxtyping import Array, Bool, Float, Int, Key
 
 from skillcrew.envs.agent_type import AgentType
 from skillcrew.envs.environment import Environment, TimeStep, TimeStepByType
@@ -69,6 +69,14 @@ class RoverDomain(Environment):
         del keys
         return self._advance(state, self._of_all(action))
 
+    def counterfactual_step(
+        self, state: RoverState, action: Any, key: Key[Array, ""], copies: Int[Array, " agents"]
+    ) -> tuple[RoverState, Float[Array, ""]]:
+        """See `OffersCounterfactuals`: a rover that is there three times counts as three at a POI."""
+        del key
+        state, _ = moved(self.config, state, self._of_all(action))
+        return self._observed(state, self._poi_squared_distances(state), copies)[:2]
+
     def _of_all(self, action: Any) -> Float[Array, "agents 2 *worlds"]:
         """All rovers' actions in one array."""
         return jnp.concatenate([action[kind.name] for kind in self.types]) if self.types else action
@@ -98,23 +106,32 @@ class RoverDomain(Environment):
     def _advance(
         self, state: RoverState, action: Float[Array, "agents 2 *worlds"]
     ) -> tuple[RoverState, TimeStep | TimeStepByType]:
-        config = self.config
-        state, direction = moved(config, state, action)
+        state, direction = moved(self.config, state, action)
         poi_squared = self._poi_squared_distances(state)
         local_rewards = self._local_rewards(state, poi_squared)
-        before = coupling.types_observed(state.observed, config.pois_per_type)
-        observed = state.observed | self._newly_observed(state, poi_squared, before)
-        after = coupling.types_observed(observed, config.pois_per_type)
-        state = dataclasses.replace(state, observed=observed, time=state.time + 1)
-        terminated = after.all(0)
+        state, team_reward, terminated = self._observed(state, poi_squared)
         returned = TimeStepByType if self.types else TimeStep
         return state, returned(
             observation=self._observe(state, direction),
             local_rewards=self._by_type([local_rewards[rows] for _, rows in self.crew]),
-            team_reward=rewards.team_reward(before, after, config.team_reward),
+            team_reward=team_reward,
             terminated=terminated,
-            truncated=(state.time >= config.episode_length) & ~terminated,
+            truncated=(state.time >= self.episode_length) & ~terminated,
         )
+
+    def _observed(
+        self,
+        state: RoverState,
+        poi_squared: Float[Array, "pois agents *worlds"],
+        copies: Int[Array, " agents"] | None = None,
+    ) -> tuple[RoverState, Float[Array, "*worlds"], Bool[Array, "*worlds"]]:
+        """What this step adds to what is observed, the team's reward for it, and whether all is done."""
+        config = self.config
+        before = coupling.types_observed(state.observed, config.pois_per_type)
+        observed = state.observed | self._newly_observed(state, poi_squared, before, copies)
+        after = coupling.types_observed(observed, config.pois_per_type)
+        state = dataclasses.replace(state, observed=observed, time=state.time + 1)
+        return state, rewards.team_reward(before, after, config.team_reward), after.all(0)
 
     def _poi_squared_distances(self, state: RoverState) -> Float[Array, "pois agents *worlds"]:
         squared = [_squared(*_offsets(state.position, poi)) for poi in state.poi_position]
@@ -125,6 +142,7 @@ class RoverDomain(Environment):
         state: RoverState,
         poi_squared: Float[Array, "pois agents *worlds"],
         done: Bool[Array, "types *worlds"],
+        copies: Int[Array, " agents"] | None,
     ) -> Bool[Array, "pois *worlds"]:
         config, working = self.config, state.working()
         if working is not None:
@@ -140,6 +158,7 @@ class RoverDomain(Environment):
             config.pois_per_type,
             self.crew,
             config.activation_distance,
+            copies,
         )
 
     def _local_rewards(

@@ -1,0 +1,139 @@
+"""Episodes with a rover gone, or there several times, beside the oracle's worlds with other teams."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from oracles import rover
+from oracles.rover_cases import (
+    BORDER,
+    CASES,
+    WORLDS,
+    environment,
+    gap_to_borders,
+    one_world,
+    oracle_world,
+    random_actions,
+    random_states,
+)
+from skillcrew.envs.offers import OffersCounterfactuals, require
+from skillcrew.envs.rover.world import RoverDomain
+
+STEPS = 4
+
+
+def with_copies(
+    world: rover.World, state: rover.State, agent: int, copies: int
+) -> tuple[rover.World, rover.State, list[int]]:
+    """The rules and a state in which a rover is there so many times, and whom each is a copy of."""
+    keep = [one for one in range(world.n_agents) for _ in range(copies if one == agent else 1)]
+    kinds = tuple(
+        dataclasses.replace(kind, rovers=sum(world.kind_of(one) == place for one in keep))
+        for place, kind in enumerate(world.kinds)
+    )
+    broken = None if state.breaks_at is None else state.breaks_at[keep]
+    state = dataclasses.replace(
+        state, position=state.position[keep], heading=state.heading[keep], breaks_at=broken
+    )
+    return dataclasses.replace(world, n_agents=len(keep), kinds=kinds), state, keep
+
+
+def lived(
+    world: rover.World, state: rover.State, actions: list[np.ndarray]
+) -> tuple[list[float], np.ndarray]:
+    """The team's reward of each step, and what is observed in the end."""
+    rewards = []
+    for action in actions:
+        position, heading = rover.moved(world, state, action)
+        poi_position, poi_direction = rover.drifted(world, state)
+        there = dataclasses.replace(
+            state, position=position, heading=heading, poi_position=poi_position, poi_direction=poi_direction
+        )
+        observed = rover.observed_after(world, there)
+        done = [rover.types_observed(world, one) for one in (state.observed, observed)]
+        rewards.append(rover.team_reward_of(world, *done))
+        state = dataclasses.replace(there, observed=observed, time=state.time + 1)
+    return rewards, state.observed
+
+
+def far_from_borders(world: rover.World, state: rover.State, actions: list[np.ndarray]) -> bool:
+    for action in actions:
+        state, _ = rover.step(world, state, action)
+        if gap_to_borders(world, state) <= BORDER:
+            return False
+    return True
+
+
+def counterfactual_episodes(case: str):
+    """Rewards [steps, agents, worlds] and observed POIs in the end, each agent there so many times."""
+    env = environment(case)
+    inner = require(env, OffersCounterfactuals, "the test")
+    of_worlds = jax.vmap(inner.counterfactual_step, in_axes=(-1, -1, None, None), out_axes=-1)
+
+    def step(state, action, times):
+        given = env.transform_action(action) if env is not inner else action
+        return of_worlds(state, given, jax.random.key(0), times)
+
+    @jax.jit
+    def episodes(states, actions, copies):
+        times = jnp.where(jnp.eye(env.n_agents, dtype=bool), copies, 1)
+
+        def of_agent(times):
+            final, rewards = jax.lax.scan(lambda state, action: step(state, action, times), states, actions)
+            return rewards, final.observed
+
+        return jax.vmap(of_agent, out_axes=(1, 0))(times)
+
+    return episodes
+
+
+@pytest.mark.parametrize(
+    "case",
+    ["thesis t3 c2", "graph 120", "six in threes", "groups moving", "groups breaking", "drawn", "crew"],
+)
+def test_episodes_are_those_of_worlds_with_other_teams(case: str) -> None:
+    world, rng = oracle_world(**CASES[case]), np.random.default_rng(11)
+    episodes = counterfactual_episodes(case)
+    changed = dict.fromkeys((0, 1, 2, 4), 0)
+    for copies in changed:
+        states = random_states(world, rng)
+        actions = jnp.stack([random_actions(world, rng) for _ in range(STEPS)])
+        rewards, observed = episodes(states, actions, copies)
+        as_lived, _ = episodes(states, actions, 1)
+        compared = 0
+        for w in range(WORLDS):
+            before, acted = one_world(states, w), list(np.asarray(actions, np.float64)[..., w])
+            if not far_from_borders(world, before, acted):
+                continue
+            for agent in range(world.n_agents):
+                other, start, keep = with_copies(world, before, agent, copies)
+                paid, seen = lived(other, start, [action[keep] for action in acted])
+                np.testing.assert_allclose(rewards[:, agent, w], paid, atol=1e-6)
+                np.testing.assert_array_equal(observed[agent, :, w], seen)
+                changed[copies] += not np.allclose(paid, as_lived[:, agent, w])
+            compared += 1
+        assert compared > 0.7 * WORLDS
+    assert changed[1] == 0
+    assert changed[0] > 0, changed
+    # Where one rover is enough, more of it change nothing.
+    alone = world.coupling == 1 and not world.kinds
+    assert changed[4] == 0 if alone else changed[4] > 0, changed
+
+
+def test_one_of_each_is_the_step_itself() -> None:
+    case = "groups breaking"
+    world, env = oracle_world(**CASES[case]), environment(case)
+    assert isinstance(env, RoverDomain)
+    rng = np.random.default_rng(3)
+    states, actions = random_states(world, rng), random_actions(world, rng)
+    keys = jax.random.split(jax.random.key(0), WORLDS)
+    after, step = jax.jit(env.step_worlds)(states, actions, keys)
+    ones = jnp.ones(env.n_agents, jnp.int32)
+    counted = jax.jit(jax.vmap(env.counterfactual_step, in_axes=(-1, -1, 0, None), out_axes=-1))
+    other, reward = counted(states, actions, keys, ones)
+    np.testing.assert_array_equal(reward, step.team_reward)
+    for ours, theirs in zip(jax.tree.leaves(other), jax.tree.leaves(after), strict=True):
+        np.testing.assert_allclose(ours, theirs, atol=1e-5)
