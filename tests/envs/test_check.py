@@ -312,8 +312,11 @@ class Offering(Sound):
         place = jnp.stack([state["offset"], jnp.zeros(2)], axis=1)
         return sc.Scene((-3.0, -1.0), (3.0, 1.0), (sc.Points("agents", place),))
 
-    def counterfactual_step(self, state, action, key, copies):
-        return state, jnp.zeros(())
+    def counterfactual(self, state):
+        return state["offset"]
+
+    def counterfactual_step(self, state, other, action, key, copies):
+        return other, jnp.zeros(())
 
 
 class WideState(Offering):
@@ -322,18 +325,18 @@ class WideState(Offering):
 
 
 class RewardForEach(Offering):
-    def counterfactual_step(self, state, action, key, copies):
-        return state, jnp.zeros(2)
+    def counterfactual_step(self, state, other, action, key, copies):
+        return other, jnp.zeros(2)
 
 
 class RewardAlone(Offering):
-    def counterfactual_step(self, state, action, key, copies):
+    def counterfactual_step(self, state, other, action, key, copies):
         return jnp.zeros(2)
 
 
 class OtherState(Offering):
-    def counterfactual_step(self, state, action, key, copies):
-        return {**state, "offset": state["offset"][None]}, jnp.zeros(())
+    def counterfactual_step(self, state, other, action, key, copies):
+        return other[None], jnp.zeros(())
 
 
 class DrawsNothing(Offering):
@@ -351,8 +354,8 @@ class DrawsNothing(Offering):
         (PlainTimeStep(), "step", "skillcrew.TimeStepByType"),
         (WideState(), "central_state", "of the shape (1, 2); make it one row"),
         (RewardForEach(), "counterfactual_step", "of the shape (2,); pay the team one reward, a scalar"),
-        (RewardAlone(), "counterfactual_step", "returns of the shape (2,); return the new state and"),
-        (OtherState(), "counterfactual_step", "a state unlike reset's; keep its structure"),
+        (RewardAlone(), "counterfactual_step", "returns of the shape (2,); return what differs now and"),
+        (OtherState(), "counterfactual_step", "unlike counterfactual's; keep its structure"),
         (DrawsNothing(), "scene", "return a skillcrew.Scene"),
     ],
 )

@@ -118,7 +118,9 @@ def without_or_with_more(case: str, state: rescue.State, action: np.ndarray, age
 def of_each(env, state, action, copies: int):
     """For each agent the team's reward of one step if that agent were there so many times."""
     times = jnp.where(jnp.eye(env.n_agents, dtype=bool), copies, 1)
-    return jax.vmap(lambda one: env.counterfactual_step(state, action, jax.random.key(0), one)[1])(times)
+    return jax.vmap(lambda one: env.counterfactual_step(state, state, action, jax.random.key(0), one)[1])(
+        times
+    )
 
 
 @pytest.mark.parametrize("case", ["two victims", "three to lift"])
@@ -154,9 +156,10 @@ def test_counterfactual_worlds_go_on_from_what_they_became(copies: int) -> None:
     @functools.partial(jax.vmap, in_axes=-1, out_axes=-1)
     def lived(state, *steps):
         times = jnp.ones(env.n_agents, jnp.int32).at[1].set(copies)
+        other = env.counterfactual(state)
         for action in steps:
-            state, _ = env.counterfactual_step(state, action, jax.random.key(0), times)
-        return state
+            other, _ = env.counterfactual_step(state, other, action, jax.random.key(0), times)
+        return other
 
     after, compared, carried = lived(states, *steps), 0, 0
     keep = [one for one in range(env.n_agents) for _ in range(copies if one == 1 else 1)]

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
+from skillcrew.credit.difference import CREDITS
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.learners.batch import Batch
@@ -29,8 +30,8 @@ class ActorLearningConfig:
     """What actors learn from, and how."""
 
     reward: str = "team"
-    """What each actor maximises: "team", "local" for the sum of its agent's local rewards, or names of skills
-    joined by +, for the sum of those."""
+    """What each actor maximises: "team", "local" for the sum of its agent's local rewards, skills joined by +
+    for the sum of those; in td3, ddpg and dqn also its agent's part of the team's: "D" or "D++"."""
     task_ends_value: bool = True
     """Whether an actor's value ends where the team's task is done, as the episode does. On a dense local
     reward that teaches actors to put off the end of the task; see `SkillConfig.task_ends_skills`."""
@@ -202,6 +203,13 @@ def _rewards_summed(env: Environment, reward: str) -> np.ndarray | None:
     """
     if reward == "team":
         return None
+    if reward in CREDITS:
+        if reward not in env.skills:
+            raise UserError(
+                f"reward = {reward}: credits each agent for its part of the team's reward, which only td3, "
+                "ddpg and dqn learn from; use one of these, or another reward"
+            )
+        return np.array([env.skills.index(reward)])
     if not env.skills and reward in ("local", "first"):
         raise UserError(
             f"reward = {reward}: {env.name} has no skills, and so no local rewards; give it some, or use "
@@ -212,5 +220,5 @@ def _rewards_summed(env: Environment, reward: str) -> np.ndarray | None:
     names = reward.split("+")
     for name in names:
         if name not in env.skills:
-            raise unknown_name("reward", name, ("team", "local", *env.skills))
+            raise unknown_name("reward", name, ("team", "local", *CREDITS, *env.skills))
     return np.array([env.skills.index(name) for name in names])

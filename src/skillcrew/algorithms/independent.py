@@ -10,6 +10,7 @@ from jaxtyping import Array, Int, Key
 
 from skillcrew.algorithms.actor_learning import ActorLearning, ActorLearningConfig, ActorLearningState
 from skillcrew.algorithms.algorithm import ActsDirectly, agents_differ, override
+from skillcrew.credit.difference import credited
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.learners.td3 import TD3Config
@@ -72,7 +73,8 @@ class IndependentTD3(ActsDirectly):
         if env.types and self.config.sharing == "team":
             raise agents_differ(env)
         n_actors = env.n_agents if self.config.sharing == "agent" else 1
-        self._actors = ActorLearning(env, self.config, n_actors)
+        self._lived_in = credited(env, self.config.reward)
+        self._actors = ActorLearning(self._lived_in, self.config, n_actors)
         self._actors.reserve(self.config.episodes)
 
     def init(self, key: Key[Array, ""]) -> IndependentState:
@@ -85,8 +87,8 @@ class IndependentTD3(ActsDirectly):
         """One generation: a few episodes, then updates."""
         key, key_start, key_rollout, key_learn = jax.random.split(state.key, 4)
         explorers = NoisyTeam(self.team(state), self.config.exploration_noise, self.env.choices)
-        start = Start.draw(self.env, key_start, self.config.episodes)
-        episodes, trajectories = rollout(self.env, Lineup.of_team(explorers, start), key_rollout)
+        start = Start.draw(self._lived_in, key_start, self.config.episodes)
+        episodes, trajectories = rollout(self._lived_in, Lineup.of_team(explorers, start), key_rollout)
         actors, measured = self._actors.learn(key_learn, state.actors, trajectories)
         steps = state.environment_steps + episodes.steps()
         returns = episodes.team_return()

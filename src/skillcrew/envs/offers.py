@@ -22,16 +22,25 @@ class OffersCentralState(Protocol):
 class OffersCounterfactuals(Protocol):
     """What the team would get with more or fewer of an agent, for difference rewards."""
 
-    def counterfactual_step(
-        self, state: PyTree, action: Any, key: Key[Array, ""], copies: Int[Array, " agents"]
-    ) -> tuple[PyTree, Float[Array, ""]]:
-        """`step` with each agent there so many times; returns the new state and the team reward.
+    def counterfactual(self, state: PyTree) -> PyTree:
+        """What of a state depends on who is in the team; all of it, if anything may."""
+        ...
 
-        Copies are where their agent is and do what it does. Nobody senses anything, so what agents
-        would do otherwise is not asked; and what only sensors need may be left as it was.
+    def counterfactual_step(
+        self, state: PyTree, other: PyTree, action: Any, key: Key[Array, ""], copies: Int[Array, " agents"]
+    ) -> tuple[PyTree, Float[Array, ""]]:
+        """One step of another world, in which each agent is there so many times.
+
+        Copies are where their agent is and do what it does. Nobody senses anything: what agents would
+        do otherwise is not asked.
 
         Args:
+            state: of the world as it is lived in, before the step.
+            other: what differs in the other one; `counterfactual(state)` while nothing does yet.
             copies: 0: the agent is not there, whatever it does; 1: as it is; 3: with two more like it.
+
+        Returns:
+            What differs after the step, and what the other team is paid for it.
         """
         ...
 
@@ -57,7 +66,7 @@ Offer = TypeVar("Offer")
 
 MEMBERS: Mapping[Any, str] = {
     OffersCentralState: "central_state(state)",
-    OffersCounterfactuals: "counterfactual_step(state, action, key, copies)",
+    OffersCounterfactuals: "counterfactual(state) and counterfactual_step(state, other, action, key, copies)",
     OffersScene: "scene(state)",
     OffersSkillTexts: "skill_texts",
 }
@@ -81,7 +90,7 @@ def require(env: Any, offer: type[Offer], needed_by: str) -> Offer:
     inner = unwrapped(env)
     if isinstance(inner, offer):
         return inner
-    raise UserError(f"{needed_by} needs {MEMBERS[offer]}, which {env.name} does not offer; define it there")
+    raise UserError(f"{needed_by} needs {MEMBERS[offer]}, which {env.name} does not offer; define that there")
 
 
 def unwrapped(env: Any) -> Any:

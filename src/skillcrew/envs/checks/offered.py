@@ -53,21 +53,21 @@ def _counterfactuals(subject: Subject) -> tuple[str, Finding | None]:
     nobody = jnp.zeros(subject.env.n_agents, jnp.int32)
 
     def of_state(state: Any) -> Any:
-        return state, offered.counterfactual_step(state, subject.still_of(), subject.key, nobody)
+        other = offered.counterfactual(state)
+        return other, offered.counterfactual_step(state, other, subject.still_of(), subject.key, nobody)
 
     returned, failed = _of_state(subject, of_state, name)
     if failed is not None:
         return name, failed
-    state, after = returned
+    other, after = returned
     if not isinstance(after, tuple) or len(after) != 2:
-        said = f"returns {_shape(after)}; return the new state and the team's reward"
+        said = f"returns {_shape(after)}; return what differs now and the team's reward"
         return name, Finding("wrong", name, said)
     if getattr(after[1], "shape", None) != ():
         finding = Finding("wrong", name, f"pays {_shape(after[1])}; pay the team one reward, a scalar")
-    elif jax.tree.map(_kind, after[0]) != jax.tree.map(_kind, state):
-        finding = Finding(
-            "wrong", name, "gives a state unlike reset's; keep its structure and dtypes"
-        )
+    elif jax.tree.map(_kind, after[0]) != jax.tree.map(_kind, other):
+        said = "gives back something unlike counterfactual's; keep its structure, shapes and dtypes"
+        finding = Finding("wrong", name, said)
     return name, finding
 
 

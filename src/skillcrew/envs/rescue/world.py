@@ -58,17 +58,25 @@ class RescueDomain(Environment):
         del keys
         return self._advance(state, action)
 
+    def counterfactual(self, state: RescueState) -> RescueState:
+        """All of it: who bears a victim is slow."""
+        return state
+
     def counterfactual_step(
         self,
         state: RescueState,
+        other: RescueState,
         action: Float[Array, "agents 2"],
         key: Key[Array, ""],
         copies: Int[Array, " agents"],
     ) -> tuple[RescueState, Float[Array, ""]]:
-        """See `OffersCounterfactuals`: copies of an agent hold what it holds, as additional hands."""
-        del key
-        after = self._moved(state, action, copies.astype(jnp.float32))
-        return after, self._team_reward(state, after)
+        """See `OffersCounterfactuals`: copies of an agent hold what it holds, as additional hands.
+
+        What is searched is left as it was, for nobody is paid for that.
+        """
+        del state, key
+        after = self._moved(other, action, copies.astype(jnp.float32))
+        return after, self._team_reward(other, after)
 
     def central_state(self, state: RescueState) -> Float[Array, " features"]:
         """Where all are as seen from the base, who holds whom, who is saved, what is searched, the time."""

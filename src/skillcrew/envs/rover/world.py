@@ -69,13 +69,24 @@ class RoverDomain(Environment):
         del keys
         return self._advance(state, self._of_all(action))
 
+    def counterfactual(self, state: RoverState) -> Bool[Array, " pois"]:
+        """What is observed: rovers do not get in each other's way."""
+        return state.observed
+
     def counterfactual_step(
-        self, state: RoverState, action: Any, key: Key[Array, ""], copies: Int[Array, " agents"]
-    ) -> tuple[RoverState, Float[Array, ""]]:
+        self,
+        state: RoverState,
+        other: Bool[Array, " pois"],
+        action: Any,
+        key: Key[Array, ""],
+        copies: Int[Array, " agents"],
+    ) -> tuple[Bool[Array, " pois"], Float[Array, ""]]:
         """See `OffersCounterfactuals`: a rover that is there three times counts as three at a POI."""
         del key
-        state, _ = moved(self.config, state, self._of_all(action))
-        return self._observed(state, self._poi_squared_distances(state), copies)[:2]
+        there, _ = moved(self.config, state, self._of_all(action))
+        poi_squared = self._poi_squared_distances(there)
+        after, reward, _ = self._observed(dataclasses.replace(there, observed=other), poi_squared, copies)
+        return after.observed, reward
 
     def _of_all(self, action: Any) -> Float[Array, "agents 2 *worlds"]:
         """All rovers' actions in one array."""

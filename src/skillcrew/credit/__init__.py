@@ -1,0 +1,1 @@
+"""Who in a team deserves the reward: difference rewards and what they stand on."""
