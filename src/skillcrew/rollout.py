@@ -60,6 +60,10 @@ class Trajectories(Episodes):
     local_rewards: Float[Array, "*time worlds agents skills"]
     choice: Int[Array, "*time worlds agents"]
 
+    def local_return(self, skill: int) -> Float[Array, "worlds agents"]:
+        """The sum of each agent's local reward of one skill over each episode."""
+        return jnp.where(self.mask[..., None], self.local_rewards[..., skill], 0.0).sum(0)
+
 
 class Start(eqx.Module):
     """Freshly reset worlds, the world axis last."""

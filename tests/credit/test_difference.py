@@ -241,6 +241,37 @@ def test_learners_are_paid_by_it(credit: str) -> None:
     assert (learned(credit) > 0.5).all(), (learned(credit), learned("team"))
 
 
+@pytest.mark.parametrize("credit", ["D", "D++"])
+def test_coevolution_breeds_each_agent_s_individuals_for_it(credit: str) -> None:
+    """Whoever goes its way farthest is the best of its subpopulation, whoever it was teamed up with."""
+    plain = sc.EvolutionConfig(elites=1, lineage_prior=0.0, champion_prior=0.0)
+    ccea = sc.CCEA(Wheels(), reward=credit, population=12, episodes=1, evolution=plain)
+    begun = ccea.init(jax.random.key(3))
+    after, _ = jax.jit(ccea.step)(begun)
+    teams = ccea._search._evolver.genomes(begun.search)
+
+    def goes(genome):
+        team = ccea._make_team(ccea._search._codec.decode(genome))
+        return team.act(jnp.ones((5, 1)), team.initial_memory(), jax.random.key(1))[0][:, 0] * Wheels.ways
+
+    own = jax.vmap(goes)(teams)
+    best = jax.vmap(lambda team, agent: teams.reshape(12, 5, -1)[team, agent])(own.argmax(0), jnp.arange(5))
+    np.testing.assert_array_equal(ccea._search._evolver.champion(after.search), best.reshape(-1))
+
+
+def test_who_cannot_be_credited_is_refused_by_name() -> None:
+    for fields, said in (
+        ({"reward": "E"}, "unknown reward 'E'; valid, nearest first: .*D"),
+        ({"reward": "D", "evolver": "genetic"}, "evolver = genetic breeds whole teams; set evolver to coev"),
+        (
+            {"reward": "D", "race": sc.RaceConfig(finalists=3)},
+            "race.finalists = 3: .*set race.finalists to 0",
+        ),
+    ):
+        with pytest.raises(UserError, match=said):
+            sc.CCEA(rovers(), **fields)
+
+
 def test_without_counterfactuals_it_is_refused_by_name() -> None:
     class Silent(sc.Environment):
         n_agents, observation_size, action_size, episode_length, skills = 2, 1, 1, 3, ()

@@ -20,6 +20,7 @@ from oracles.rover_cases import (
     random_states,
 )
 from skillcrew.envs.offers import OffersCounterfactuals, require
+from skillcrew.envs.rover.motion import moved
 from skillcrew.envs.rover.world import RoverDomain
 
 STEPS = 4
@@ -72,13 +73,13 @@ def counterfactual_episodes(case: str):
     env = environment(case)
     inner = require(env, OffersCounterfactuals, "the test")
     of_worlds = jax.vmap(inner.counterfactual_step, in_axes=(-1, -1, -1, None, None), out_axes=-1)
-    keys = jax.random.split(jax.random.key(0), WORLDS)
 
     def step(carry, action, times):
         state, other = carry
         given = env.transform_action(action) if env is not inner else action
         other, reward = of_worlds(state, other, given, jax.random.key(0), times)
-        return (env.step_worlds(state, action, keys)[0], other), reward
+        there, _ = moved(inner.config, state, action)
+        return (dataclasses.replace(there, time=state.time + 1), other), reward
 
     @jax.jit
     def episodes(states, actions, copies):

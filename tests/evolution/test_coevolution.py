@@ -209,7 +209,8 @@ def test_a_migrating_teams_members_replace_the_worst_of_their_subpopulations(arr
     migrants = Migrants(team[None], jnp.array([2.0]), jnp.asarray(arrive))
     step = jax.jit(evolver.next_generation)
     after = step(jax.random.key(6), state, fitness, migrants=migrants)
-    credit = np.asarray(evolver._credit(state, fitness))
+    of_members = jnp.broadcast_to(fitness[:, None], state.members.shape)
+    credit = np.asarray(evolver._credit(state, of_members))
     for agent in range(AGENTS):
         own = team.reshape(AGENTS, GENES)[agent]
         elites = np.asarray(after.subpopulations.genomes[agent, : EVOLUTION.elites])

@@ -51,8 +51,9 @@ class EA(ActsDirectly):
     def __init__(self, env: Environment, config: EAConfig | None = None, **overrides: Any):
         self.env = env
         self.config = override(self, config, overrides)
+        self._world = self._lived_in()
         codec = GenomeCodec(self._create_actor, self.config.actor.networks(env))
-        self._search = TeamSearch(env, codec, self.config)
+        self._search = TeamSearch(self._world, codec, self.config)
 
     def init(self, key: Key[Array, ""]) -> EAState:
         """Random teams."""
@@ -65,10 +66,22 @@ class EA(ActsDirectly):
         key, key_start, key_rollout, key_evolution = jax.random.split(state.key, 4)
         start = self._search.start(key_start)
         teams = self._search.lineup(state.search, start, self._make_team)
-        episodes, _ = rollout(self.env, teams, key_rollout, recorded=slice(0))
-        search, measured = self._search.evolve(key_evolution, state.search, episodes, self._make_team)
+        is_credited = self._world is not self.env
+        recorded = slice(None) if is_credited else slice(0)
+        episodes, trajectories = rollout(self._world, teams, key_rollout, recorded=recorded)
+        search, measured = self._search.evolve(
+            key_evolution,
+            state.search,
+            episodes,
+            self._make_team,
+            credit=trajectories.local_return(-1) if is_credited else None,
+        )
         steps = state.environment_steps + episodes.steps() + measured.pop("race_steps", 0)
         return EAState(key, search, state.generation + 1, steps), {"environment_steps": steps, **measured}
+
+    def _lived_in(self) -> Environment:
+        """The world that teams live in; one with credits for whoever is bred for these."""
+        return self.env
 
     def team(self, state: EAState) -> ActorTeam:
         """The champion of the population."""

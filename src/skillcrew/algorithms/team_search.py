@@ -189,11 +189,13 @@ class TeamSearch:
         episodes: Episodes,
         make_team: Callable[[PyTree], Team],
         migrants: Migrants | None = None,
+        credit: Float[Array, "worlds agents"] | None = None,
     ) -> tuple[Any, dict[str, Array]]:
         """Ranks the teams by the episodes of their lineup, after a race if there is one, and breeds.
 
         Args:
             migrants: take the places of the worst before these breed; for an evolver that is a `Host`.
+            credit: each agent's own part of its team's return, which it is bred for; of coevolution alone.
 
         Returns:
             The new state, and metrics, among them `race_steps`: environment steps of the race.
@@ -204,7 +206,11 @@ class TeamSearch:
         if self.config.race.finalists:
             key, key_race = jax.random.split(key)
             fitness, evaluations, metrics["race_steps"] = self._race(key_race, state, fitness, make_team)
-        if migrants is None:
+        if credit is not None:
+            coevolution = cast(CooperativeCoevolution, self._evolver)
+            of_teams = credit.reshape(self.config.population, -1, credit.shape[1]).mean(1)
+            state = coevolution.next_generation(key, state, fitness, evaluations, credit=of_teams)
+        elif migrants is None:
             state = self._evolver.next_generation(key, state, fitness, evaluations)
         else:
             host = cast(Host, self._evolver)

@@ -129,12 +129,14 @@ class CooperativeCoevolution:
         fitness: Float[Array, " population"],
         evaluations: Float[Array, " population"] | float = 1.0,
         migrants: Migrants | None = None,
+        credit: Float[Array, "population agents"] | None = None,
     ) -> CoevolutionState:
         """Credits the individuals with their teams' fitness, breeds each subpopulation, and teams up anew.
 
         Args:
             migrants: whole teams; each member takes the place of the worst of its agent's subpopulation,
                 credited with its team's fitness.
+            credit: each member's own part of its team's fitness, in place of that.
         """
         del evaluations
         key_breed, key_teams = jax.random.split(key)
@@ -142,7 +144,9 @@ class CooperativeCoevolution:
         if hall is not None:
             best = jnp.argmax(fitness)
             hall = hall.enter(self._teams(state)[best], fitness[best])
-        subpopulations = self._breed(key_breed, state.subpopulations, self._credit(state, fitness), migrants)
+        if credit is None:
+            credit = jnp.broadcast_to(fitness[:, None], state.members.shape)
+        subpopulations = self._breed(key_breed, state.subpopulations, self._credit(state, credit), migrants)
         size = subpopulations.genomes.shape[1]
         return CoevolutionState(subpopulations, self._team_up(key_teams, size, hall), hall)
 
@@ -203,12 +207,14 @@ class CooperativeCoevolution:
         return jnp.where(fills, famous, living).at[:size].set(living[:size])
 
     def _credit(
-        self, state: CoevolutionState, fitness: Float[Array, " teams"]
+        self, state: CoevolutionState, fitness: Float[Array, "teams agents"]
     ) -> Float[Array, "agents individuals"]:
-        """The largest, mean or smallest fitness of the teams that each individual played in."""
+        """The largest, mean or smallest fitness that each individual had in the teams that it played in."""
         size = state.subpopulations.genomes.shape[1]
 
-        def of_agent(members: Int[Array, " teams"]) -> Float[Array, " individuals"]:
+        def of_agent(
+            members: Int[Array, " teams"], fitness: Float[Array, " teams"]
+        ) -> Float[Array, " individuals"]:
             # Members of the hall are beyond the end, where a scatter drops them.
             if self.config.credit == "max":
                 return jnp.full(size, -jnp.inf).at[members].max(fitness, mode="drop")
@@ -217,4 +223,4 @@ class CooperativeCoevolution:
             played = jnp.zeros(size).at[members].add(1.0, mode="drop")
             return jnp.zeros(size).at[members].add(fitness, mode="drop") / played
 
-        return jax.vmap(of_agent, in_axes=1)(state.members)
+        return jax.vmap(of_agent, in_axes=1)(state.members, fitness)
