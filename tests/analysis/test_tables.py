@@ -125,6 +125,20 @@ def test_all_environments_together(entries):
             assert numbers(row[2])[0] == pytest.approx(np.mean(per_task), abs=6e-4)
 
 
+def test_one_that_is_not_everywhere_is_compared_where_it_is():
+    first, second = ENVIRONMENTS
+    low, high, between = (np.array(final) for final in ([0.1, 0.1, 0.1], [0.9, 0.9, 0.9], [0.5, 0.5, 0.5]))
+    some = [
+        entry("MADyS", first, final=low),
+        entry("MADyS", second, final=high),
+        entry("EA", second, final=between),
+    ]
+    rows = {row[0]: row for row in tables(some)[2][1:]}
+    assert list(rows) == ["MADyS", "EA (in 1 of 2)"]
+    # In the first environment it would have been ahead.
+    assert numbers(rows["EA (in 1 of 2)"][2])[0] == 0.0
+
+
 @pytest.mark.parametrize(
     ("steps", "cell"),
     [

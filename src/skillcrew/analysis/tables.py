@@ -150,10 +150,11 @@ def _over_all(entries: Sequence[Entry], reference: str) -> list[str]:
     middle = [f"interquartile mean of final {score.word}"] if score.bounded else []
     heading = ["all environments", *middle, f"better than {reference}"]
     lines = ["| " + " | ".join(heading) + " |", "|" + len(heading) * "---|"]
-    of_reference = [entry for entry in entries if entry.method == reference]
+    environments = len({entry.environment for entry in entries})
     for method in dict.fromkeys(entry.method for entry in entries):
         mine = [entry for entry in entries if entry.method == method]
-        cells = [method]
+        of_reference = [_find(entries, entry.environment, reference) for entry in mine]
+        cells = [method if len(mine) == environments else f"{method} (in {len(mine)} of {environments})"]
         if score.bounded:
             cells.append(score.range(interquartile_interval(np.stack([entry.final for entry in mine]))))
         cells.append("" if method == reference else SUCCESS.range(_improvement(mine, of_reference)))

@@ -62,7 +62,7 @@ STEPS: Mapping[str, Mapping[tuple[str, ...], int]] = {
     "rescue-v2-c2": {CHOOSING: 6_000_000},
     "rescue-v3-c3": {CHOOSING: 8_000_000},
     "warehouse-o1-c2": {CHOOSING: 6_000_000},
-    "warehouse-o2-c2": {CHOOSING: 6_000_000},
+    "warehouse-o2-c2": {CHOOSING: 10_000_000},
     "warehouse-o3-c3": {CHOOSING: 8_000_000},
 }
 """For each environment the methods that are compared there, and how many environment steps each of their
