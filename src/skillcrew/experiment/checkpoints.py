@@ -18,8 +18,8 @@ from skillcrew.errors import UserError
 from skillcrew.experiment.files import check_room, disk_errors
 from skillcrew.experiment.generation import flat_arrays
 
-FORMAT = 2
-"""Version of the layout; a checkpoint of another one is refused."""
+FORMAT = 3
+"""Version of the layout, and of what states are made of; a checkpoint of another one is refused."""
 
 BUFFER = "experience"
 """A leaf with this in its path belongs to a replay buffer."""
