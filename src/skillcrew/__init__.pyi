@@ -12,6 +12,12 @@ from .algorithms.cerl import (
 from .algorithms.cerl import (
     CERLConfig as CERLConfig,
 )
+from .algorithms.coma import (
+    COMA as COMA,
+)
+from .algorithms.coma import (
+    COMAConfig as COMAConfig,
+)
 from .algorithms.ea import (
     EA as EA,
 )
@@ -38,6 +44,12 @@ from .algorithms.independent import (
 )
 from .algorithms.independent import (
     IndependentTD3Config as IndependentTD3Config,
+)
+from .algorithms.liir import (
+    LIIR as LIIR,
+)
+from .algorithms.liir import (
+    LIIRConfig as LIIRConfig,
 )
 from .algorithms.madys import (
     MADyS as MADyS,
@@ -74,6 +86,15 @@ from .algorithms.open_loop import (
 )
 from .algorithms.open_loop import (
     OpenLoopConfig as OpenLoopConfig,
+)
+from .algorithms.ppo import (
+    IPPO as IPPO,
+)
+from .algorithms.ppo import (
+    MAPPO as MAPPO,
+)
+from .algorithms.ppo import (
+    MAPPOConfig as MAPPOConfig,
 )
 from .algorithms.registry import make_algorithm as make_algorithm
 from .algorithms.team_search import RaceConfig as RaceConfig
@@ -129,8 +150,11 @@ from .experiment.run import (
     train as train,
 )
 from .experiment.runner import Interrupted as Interrupted
+from .learners.coma import COMALearnerConfig as COMALearnerConfig
 from .learners.dqn import DQNConfig as DQNConfig
+from .learners.liir import LIIRLearnerConfig as LIIRLearnerConfig
 from .learners.plateau import PlateauConfig as PlateauConfig
+from .learners.ppo import PPOConfig as PPOConfig
 from .learners.resource_manager import ResourceConfig as ResourceConfig
 from .learners.td3 import (
     TD3 as TD3,

@@ -10,7 +10,7 @@ from envs.test_check import Sound
 from skillcrew.algorithms.registry import ALGORITHMS
 
 PICKING = {"dqn"}  # Its actions are discrete, those of this world are not.
-SELECTING = {"madys", "madys-plus", "madys-es", "open-loop", "mfl"}
+SELECTING = {"madys", "madys-plus", "madys-es", "open-loop", "mfl", "coma"}
 
 
 class Unskilled(Sound):

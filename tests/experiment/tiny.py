@@ -303,3 +303,20 @@ class Counting:
 
     def transient_bytes(self):
         return 0
+
+
+def tiny_mappo(**overrides) -> sc.MAPPO:
+    """A policy with memory that chooses among skills, and keeps its choices for a while."""
+    like = tiny_madys()
+    same = ("probe_episodes", "updates", "buffer_capacity", "skills", "learner")
+    network = PolicyConfig(hidden=(8,), memory=3, sharing="team")
+    fields = {
+        **{field: getattr(like.config, field) for field in same},
+        "choose": "skills",
+        "hold": 2,
+        "episodes": 4,
+        "policy": network,
+        "critic": network,
+        "ppo": sc.PPOConfig(epochs=2, minibatches=2),
+    }
+    return sc.MAPPO(like.env, **{**fields, **overrides})

@@ -99,7 +99,7 @@ class ActorLearning:
     ):
         self.config = config
         self._env = env
-        self._rewards = _rewards_summed(env, config.reward)
+        self._rewards = rewards_summed(env, config.reward)
         self._discounts = discounts
         self.n_actors = len(discounts) if discounts else n_actors
         self._n_buffers = 1 if discounts else n_actors
@@ -195,7 +195,7 @@ class ActorLearning:
         return jax.tree.map(split, transitions), split(mask)
 
 
-def _rewards_summed(env: Environment, reward: str) -> np.ndarray | None:
+def rewards_summed(env: Environment, reward: str) -> np.ndarray | None:
     """Where the local rewards that make up a reward stand; None for the team's reward.
 
     Raises:

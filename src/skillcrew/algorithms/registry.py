@@ -84,6 +84,22 @@ ALGORITHMS: dict[str, Listed] = {
         "independent:IndependentDQN",
         "Each agent learns by DQN on a reward of its own or the team's; for discrete actions.",
     ),
+    "ippo": _ours(
+        "ppo:IPPO",
+        "Each agent learns by PPO from what it sees itself: actions, or which skill to use.",
+    ),
+    "mappo": _ours(
+        "ppo:MAPPO",
+        "Agents learn by PPO with critics that see what all of them see: actions, or which skill to use.",
+    ),
+    "coma": _ours(
+        "coma:COMA",
+        "Agents learn by policy gradient from what each one's choice changed; of skills or discrete actions.",
+    ),
+    "liir": _ours(
+        "liir:LIIR",
+        "Agents learn by policy gradient, each also on a reward that is learned for it.",
+    ),
 }
 """In the order in which they are listed."""
 

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, Key
 
 from skillcrew.errors import UserError
+from skillcrew.policies.holding import hold
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.timetable import TimetableSelector
 
@@ -93,8 +94,7 @@ class HoldingSelector(eqx.Module):
         """The kept or new choice, and the new memory."""
         left, kept = memory[0], memory[1]
         wanted, remembered = self.selector(observation, memory[2:])
-        choice = jnp.where(left > 0, kept, wanted.astype(jnp.float32))
-        left = jnp.where(choice == kept, left, self.steps) - 1
+        choice, left = hold(left, kept, wanted.astype(jnp.float32), self.steps)
         return choice.astype(jnp.int32), jnp.concatenate([left[None], choice[None], remembered])
 
 

@@ -1,0 +1,1 @@
+"""What learners on fresh episodes share: returns, minibatches, networks over time."""

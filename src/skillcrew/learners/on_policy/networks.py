@@ -1,0 +1,130 @@
+"""Policies and critics of a team, as policy gradients train them."""
+
+import dataclasses
+from typing import Literal
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Key, PyTree
+
+from skillcrew.learners.on_policy.unroll import unrolled
+from skillcrew.policies.distributions import Distribution
+from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
+from skillcrew.policies.orthogonal import begun_orthogonally
+from skillcrew.policies.stochastic import Options, StochasticPolicy
+
+View = Literal["own", "joint"]
+"""What a critic sees: its agent's observation alone, or those of all agents and whose value is asked."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Players:
+    """Who acts: how many, what each sees, and among what it decides."""
+
+    n_agents: int
+    observation_size: int
+    options: Options
+    types: tuple[int, ...] = ()
+    """The index of each agent's type; empty where agents are alike."""
+
+    def networks(self, config: PolicyConfig) -> int:
+        """How many networks they have, of their own or shared."""
+        return self.n_agents if config.sharing == "agent" else len(set(self.types)) or 1
+
+    def dealt_out(self, networks: PyTree, config: PolicyConfig) -> PyTree:
+        """One network for each agent where types share theirs; any others as they are."""
+        if config.sharing == "agent" or not self.types:
+            return networks
+        return jax.tree.map(lambda leaf: leaf[np.array(self.types)], networks)
+
+    def seen_by_critics(
+        self, observation: Float[Array, "time worlds agents obs"], view: View
+    ) -> Float[Array, "time worlds agents seen"]:
+        """What each agent's critic sees."""
+        if view == "own":
+            return observation
+        shape = (*observation.shape[:3], -1)
+        joint = observation.reshape(*observation.shape[:2], 1, -1)
+        joint = jnp.broadcast_to(joint, (*shape[:3], joint.shape[-1]))
+        whose = jnp.broadcast_to(jnp.eye(self.n_agents), (*shape[:3], self.n_agents))
+        return jnp.concatenate([joint, whose], axis=-1)
+
+    def seen_size(self, view: View) -> int:
+        """Length of what a critic sees."""
+        if view == "own":
+            return self.observation_size
+        return self.n_agents * (self.observation_size + 1)
+
+
+class Policies:
+    """A team's stochastic policies along whole episodes."""
+
+    def __init__(self, players: Players, config: PolicyConfig):
+        self._players = players
+        self._config = config
+
+    def create(self, key: Key[Array, ""]) -> StochasticPolicy:
+        """Draws them; leaves have a leading axis of networks."""
+        players = self._players
+        keys = jax.random.split(key, players.networks(self._config))
+        return jax.vmap(
+            lambda k: StochasticPolicy.create(k, players.observation_size, players.options, self._config)
+        )(keys)
+
+    def distributions(
+        self, policies: StochasticPolicy, observation: Float[Array, "time worlds agents obs"]
+    ) -> Distribution:
+        """What each agent draws from at every step."""
+        dealt = self._players.dealt_out(policies, self._config)
+        outputs = unrolled(dealt.network, observation)
+        if dealt.log_deviation is not None:
+            deviation = jnp.broadcast_to(dealt.log_deviation, outputs.shape)
+            outputs = jnp.concatenate([outputs, deviation], axis=-1)
+        return self._players.options.distribution(outputs)
+
+
+class Critics:
+    """A team's critics along whole episodes.
+
+    Args:
+        extra: numbers that they see beside the view.
+        outputs: numbers that they give for each agent.
+    """
+
+    def __init__(self, players: Players, config: PolicyConfig, view: View, extra: int = 0, outputs: int = 1):
+        self._players = players
+        self._config = config
+        self._view: View = view
+        self._sizes = (players.seen_size(view) + extra, outputs)
+
+    def create(self, key: Key[Array, ""]) -> MemoryNetwork:
+        """Draws them; leaves have a leading axis of networks."""
+
+        def one(key: Key[Array, ""]) -> MemoryNetwork:
+            key_draw, key_weights = jax.random.split(key)
+            network = MemoryNetwork.create(key_draw, *self._sizes, self._config)
+            return begun_orthogonally(key_weights, network, last_gain=1.0)
+
+        return jax.vmap(one)(jax.random.split(key, self._players.networks(self._config)))
+
+    def __call__(
+        self,
+        critics: MemoryNetwork,
+        observation: Float[Array, "time worlds agents obs"],
+        extra: Float[Array, "time worlds agents extra"] | None = None,
+    ) -> Float[Array, "time worlds agents outputs"]:
+        """What they say at every step."""
+        seen = self._players.seen_by_critics(observation, self._view)
+        if extra is not None:
+            seen = jnp.concatenate([seen, extra], axis=-1)
+        return unrolled(self._players.dealt_out(critics, self._config), seen)
+
+    def values(
+        self,
+        critics: MemoryNetwork,
+        observation: Float[Array, "time worlds agents obs"],
+        extra: Float[Array, "time worlds agents extra"] | None = None,
+    ) -> Float[Array, "time worlds agents"]:
+        """Of critics with one output."""
+        return self(critics, observation, extra)[..., 0]

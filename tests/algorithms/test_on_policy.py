@@ -1,0 +1,192 @@
+"""IPPO, MAPPO, COMA and LIIR as algorithms: what agents decide among, are paid, and learn."""
+
+import functools
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import skillcrew as sc
+from oracles.aiming import AGENTS, TARGETS, Aiming
+from oracles.mixed import SKILLS, Mixed
+from oracles.picking import LENGTH, Picking
+from oracles.refusals import refusal, unhooked
+from oracles.toy import Toy
+from skillcrew.algorithms import on_policy, ppo
+from skillcrew.algorithms.registry import algorithm_class
+from skillcrew.rollout import Lineup, Start, rollout
+
+NAMES = ("ippo", "mappo", "coma", "liir")
+SMALL = sc.PolicyConfig(hidden=(16,), input_scaling="none", sharing="team")
+OWN = sc.PolicyConfig(hidden=(16,), input_scaling="none", sharing="agent")
+
+
+def learner(name: str, **fields: Any) -> dict[str, Any]:
+    """The section of an algorithm's learner, in which it learns fast."""
+    fields = {"learning_rate": 1e-2, "minibatches": 2, **fields}
+    kinds = {"coma": sc.COMALearnerConfig, "liir": sc.LIIRLearnerConfig}
+    section = name if name in kinds else "ppo"
+    return {section: kinds.get(name, sc.PPOConfig)(**fields)}
+
+
+def trained(algorithm: Any, generations: int) -> tuple[Any, dict]:
+    def run(key):
+        return jax.lax.scan(lambda state, _: algorithm.step(state), algorithm.init(key), length=generations)
+
+    return jax.jit(run)(jax.random.key(0))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_they_learn_to_pick_what_they_are_shown(name: str) -> None:
+    """Of four actions; all four methods, on the team's reward alone."""
+    more = {"minibatches": 8, "floor_episodes": 400, "epochs": 10} if name == "coma" else {}
+    algorithm = algorithm_class(name)(
+        Picking(),
+        choose="actions",
+        episodes=32,
+        policy=SMALL,
+        critic=SMALL,
+        greedy=True,
+        **learner(name, discount=0.5, **more),
+    )
+    state, metrics = trained(algorithm, 40)
+    assert metrics["fitness_mean"][0] < 0.4
+    lineup = Lineup.of_team(algorithm.team(state), Start.draw(Picking(), jax.random.key(5), 50))
+    episodes, lived = rollout(Picking(), lineup, jax.random.key(6))
+    assert episodes.team_return().mean() > 0.9
+    assert not lived.choice.any()
+    assert int(metrics["environment_steps"][-1]) == 40 * 32 * LENGTH
+
+
+@pytest.mark.parametrize("name", ["ippo", "liir"])
+def test_continuous_actions_are_learned_too(name: str) -> None:
+    """Each agent's target is its own, and only its own network and reward can tell it."""
+    section = learner(name, discount=0.0, trace=0.0, entropy=0.0, learning_rate=2e-2)
+    kind = {"ippo": sc.IPPO, "liir": sc.LIIR}[name]
+    algorithm = kind(Aiming(), reward="own", episodes=64, policy=OWN, critic=OWN, greedy=True, **section)
+    state, _ = trained(algorithm, 80)
+    team = algorithm.team(state)
+    action, _, _ = team.act(jnp.full((AGENTS, 4), 0.5), team.initial_memory(), jax.random.key(1))
+    np.testing.assert_allclose(action[:, 0], TARGETS, atol=0.2)
+
+
+@functools.cache
+def choosing_skills() -> tuple[Any, Any, dict]:
+    """Agents that differ, each of which can use some of the skills, trained for a generation."""
+    network = sc.NetworkConfig(hidden=(8,), input_scaling="none")
+    algorithm = sc.MAPPO(
+        Mixed(),
+        choose="skills",
+        hold=3,
+        episodes=4,
+        probe_episodes=2,
+        updates=2,
+        policy=SMALL,
+        critic=SMALL,
+        learner=sc.TD3Config(batch_size=8, network=network),
+        **learner("mappo"),
+    )
+    return algorithm, *trained(algorithm, 2)
+
+
+def test_agents_choose_among_the_skills_of_their_type_and_keep_them() -> None:
+    algorithm, state, metrics = choosing_skills()
+    assert algorithm.choices() == SKILLS
+    start = Start.draw(Mixed(), jax.random.key(2), 30)
+    _, lived = rollout(Mixed(), Lineup.of_team(algorithm.team(state), start), jax.random.key(3))
+    choice = np.asarray(lived.choice)
+    assert set(choice[:, :, :2].ravel()) == {0, 1}
+    assert set(choice[:, :, 2].ravel()) == {2, 3, 4}
+    for world in range(30):
+        for agent in range(3):
+            changes = np.flatnonzero(np.diff(choice[:, world, agent])) + 1
+            assert (np.diff([0, *changes]) >= 3).all()
+    # 4 episodes of the team and 2 of each of 5 skills, of 12 steps: all count.
+    assert metrics["environment_steps"].tolist() == [14 * 12, 2 * 14 * 12]
+    assert {"return_scout/left", "critic_loss_hauler/drop", "critic_loss", "policy_loss"} <= set(metrics)
+
+
+def test_types_share_a_policy_each() -> None:
+    algorithm, state, _ = choosing_skills()
+    assert jax.tree.leaves(state.learner.policies)[0].shape[0] == 2
+    seen = jnp.ones((3, 5))
+    team = algorithm.team(state)
+    assert jax.tree.leaves(team.policies)[0].shape[0] == 3
+    outputs = [
+        jax.tree.map(lambda leaf, own=agent: leaf[own], team.policies)(seen[agent], jnp.zeros(0))[0]
+        for agent in range(3)
+    ]
+    np.testing.assert_array_equal(outputs[0], outputs[1])
+    assert (outputs[0] != outputs[2]).any()
+
+
+def test_learners_get_what_was_decided_paid_and_seen() -> None:
+    algorithm = sc.MAPPO(Toy(), choose="skills", reward="push+turn", hold=2, episodes=8, probe_episodes=1)
+    state = jax.jit(algorithm.init)(jax.random.key(0))
+    keys = jax.random.split(jax.random.key(1))
+    _, lived = jax.jit(lambda s, a, b: algorithm._live(s, a, b))(state, *keys)
+    own = lived.worlds(slice(8))
+    experience = algorithm._experience(own)
+    mask = np.asarray(own.mask)
+    assert 8 < mask.sum() < mask.size
+    np.testing.assert_array_equal(np.asarray(experience.taken)[mask], np.asarray(own.choice)[mask])
+    paid = np.asarray(own.local_rewards)[..., [1, 3]].sum(-1)
+    np.testing.assert_allclose(np.asarray(experience.reward)[mask], paid[mask])
+    np.testing.assert_array_equal(experience.mask, mask)
+    assert not np.asarray(experience.decides)[1].all()
+    # Probes come after the team's own worlds, skill by skill.
+    assert lived.choice[0, 8:].T.tolist() == [[0, 1, 2, 3]] * 3
+
+
+def test_difference_rewards_are_each_agents_own_and_no_skill() -> None:
+    env = sc.make("rover-t2-c2", episode_length=6, activation_distance=9.0)
+    algorithm = sc.MAPPO(env, choose="skills", reward="D", episodes=4, probe_episodes=1, updates=2)
+    assert "D" not in algorithm.choices()
+    _, metrics = jax.eval_shape(lambda key: algorithm.step(algorithm.init(key)), jax.random.key(0))
+    assert "return_D" not in metrics
+    with pytest.raises(sc.UserError, match=r"reward = D needs counterfactual"):
+        sc.IPPO(Toy(), reward="D")
+
+
+def test_a_team_explores_while_it_learns_and_not_when_it_is_scored() -> None:
+    algorithm = sc.COMA(Picking(), choose="actions", episodes=8, coma=sc.COMALearnerConfig(first_floor=0.9))
+    state = algorithm.init(jax.random.key(0))
+    assert float(algorithm._learner.floor(state.learner)) == pytest.approx(0.9)
+    assert float(algorithm.team(state).floor) == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields", "expected"),
+    [
+        ("MAPPOConfig", {"choose": "skill"}, "unknown choose 'skill'; valid, nearest first: skills, actions"),
+        ("MAPPOConfig", {"hold": 0}, "hold = 0: give at least 1"),
+        ("MAPPOConfig", {"hold": 2}, "hold = 2: skills are held, not actions; set choose to skills"),
+        ("MAPPOConfig", {"episodes": 0}, "episodes = 0: give at least 1"),
+        (
+            "MAPPOConfig",
+            {"episodes": 6},
+            "ppo.minibatches = 4: does not divide episodes = 6; give a divisor of it",
+        ),
+    ],
+)
+def test_refuses_what_cannot_be_meant(kind: str, fields: dict[str, Any], expected: str) -> None:
+    assert refusal(getattr(unhooked(ppo), kind), **fields) == expected
+
+
+def test_refuses_what_the_world_has_not() -> None:
+    with pytest.raises(
+        sc.UserError, match=r"coma: compares each choice .* toy are continuous; set choose to"
+    ):
+        sc.COMA(Toy(), choose="actions")
+    with pytest.raises(sc.UserError, match=r"unknown reward 'pus'; valid, nearest first: push"):
+        sc.MAPPO(Toy(), reward="pus")
+    with pytest.raises(sc.UserError, match=r"probe_episodes = 3: above episodes = 2"):
+        sc.MAPPO(Toy(), choose="skills", episodes=2, ppo=sc.PPOConfig(minibatches=2))
+
+
+def test_what_is_said_of_skills_is_kept_only_where_they_are_chosen() -> None:
+    assert "learner" in sc.MAPPO(Toy()).config.unused(Toy())
+    assert sc.MAPPO(Toy(), choose="skills").config.unused(Toy()) == {"dqn"}
+    assert on_policy.OnPolicyConfig().choose == "actions"

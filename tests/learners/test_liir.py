@@ -1,0 +1,129 @@
+"""LIIR's two levels: policies follow a learned reward, which follows the team's through them."""
+
+import dataclasses
+
+import jax
+import jax.flatten_util
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from oracles import on_policy as oracle
+from oracles.refusals import refusal, unhooked
+from skillcrew.learners import liir
+from skillcrew.learners.liir import LIIR, LIIRLearnerConfig
+from skillcrew.policies.memory import PolicyConfig
+
+NETWORK = PolicyConfig(hidden=(6,), input_scaling="none", sharing="team")
+
+
+def learner(**fields) -> LIIR:
+    config = LIIRLearnerConfig(**{"minibatches": 2, "epochs": 2, "weight": 0.5, **fields})
+    return LIIR(config, oracle.CHOOSERS, NETWORK, NETWORK)
+
+
+def test_the_outer_gradient_is_that_of_finite_differences() -> None:
+    """In double precision, of the team's objective after the policies' step, by 12 weights of the reward."""
+    with jax.enable_x64(True):
+        learning = learner()
+        experience = jax.tree.map(
+            lambda leaf: leaf.astype(jnp.float64) if jnp.issubdtype(leaf.dtype, jnp.floating) else leaf,
+            oracle.lived(0),
+        )
+        state = learning.init(jax.random.key(0))
+        # A few steps first: Adam's very first one does not depend on the gradient's size.
+        for key in jax.random.split(jax.random.key(1), 3):
+            state, _ = learning.update(state, experience, key)
+        lived = learning._judged(state, experience)
+        flat, restore = jax.flatten_util.ravel_pytree(state.intrinsic)
+
+        @jax.jit
+        def objective(weights):
+            policies, _, _ = learning.after_policy_step(state, restore(weights), lived)
+            return learning.team_objective(policies, lived)
+
+        gradient = np.asarray(jax.grad(objective)(flat))
+        largest = np.argsort(-np.abs(gradient))[:12]
+        step = 1e-4
+        differences = [
+            float(objective(flat.at[place].add(step)) - objective(flat.at[place].add(-step))) / (2 * step)
+            for place in largest
+        ]
+        assert np.abs(gradient).max() > 1e-7
+        np.testing.assert_allclose(gradient[largest], differences, rtol=1e-3)
+
+
+def test_policies_follow_the_learned_reward() -> None:
+    """Where the team pays nothing and the learned reward is of the third choice alone, that is chosen."""
+    learning = learner(weight=1.0, learning_rate=3e-3, trace=0.0, discount=0.0)
+    experience = oracle.lived(0)
+    third = (experience.taken == 2).astype(jnp.float32)
+    nothing = jnp.zeros_like(experience.reward)
+    experience = dataclasses.replace(experience, reward=nothing)
+    state = learning.init(jax.random.key(0))
+    learning.intrinsic_reward = lambda intrinsic, lived: third
+    lived = learning._judged(state, experience)
+    step = jax.jit(lambda policies_state: learning.after_policy_step(policies_state, state.intrinsic, lived))
+    for _ in range(60):
+        policies, optimiser, _ = step(state)
+        state = dataclasses.replace(state, policies=policies, policy_optimiser=optimiser)
+    said = learning._policies.distributions(state.policies, experience.observation[:-1]).probabilities()
+    assert (said[..., 2][experience.mask] > 0.3).all()
+
+
+def test_the_learned_reward_comes_to_pay_what_the_team_is_paid_for() -> None:
+    """The team is paid for the second choice of whoever makes it; after a while so is each agent."""
+    learning = learner(intrinsic_learning_rate=1e-2, discount=0.0, trace=0.0)
+    experience = oracle.lived(0)
+    paid = ((experience.taken == 1) & experience.mask[..., None]).astype(jnp.float32)
+    experience = dataclasses.replace(experience, reward=paid)
+    state = learning.init(jax.random.key(0))
+
+    def gap(state) -> float:
+        reward = learning.intrinsic_reward(state.intrinsic, experience)
+        second = (experience.taken == 1) & experience.decides
+        others = (experience.taken != 1) & experience.decides
+        return float(reward[second].mean() - reward[others].mean())
+
+    before = gap(state)
+    update = jax.jit(learning.update)
+    for key in jax.random.split(jax.random.key(1), 25):
+        state, _ = update(state, experience, key)
+    assert gap(state) > before + 0.3
+
+
+def test_intrinsic_rewards_are_each_agents_own_and_bounded() -> None:
+    learning, experience = learner(), oracle.lived(0)
+    state = learning.init(jax.random.key(0))
+    reward = learning.intrinsic_reward(state.intrinsic, experience)
+    assert (jnp.abs(reward) <= 1).all()
+    other = dataclasses.replace(
+        experience, taken=experience.taken.at[:, :, 1].set((experience.taken[:, :, 1] + 1) % oracle.CHOICES)
+    )
+    changed = jnp.abs(learning.intrinsic_reward(state.intrinsic, other) - reward).max((0, 1))
+    assert (changed > 1e-5).tolist() == [False, True, False]
+
+
+def test_a_masked_step_changes_nothing_and_nothing_is_infinite() -> None:
+    learning = learner()
+    states = [
+        jax.jit(learning.update)(
+            learning.init(jax.random.key(0)), oracle.lived(0, padding=padding), jax.random.key(1)
+        )
+        for padding in (0.0, float("nan"))
+    ]
+    for left, right in zip(*map(jax.tree.leaves, states), strict=True):
+        np.testing.assert_array_equal(left, right)
+        assert np.isfinite(np.asarray(left)).all()
+
+
+@pytest.mark.parametrize(
+    ("fields", "expected"),
+    [
+        ({"weight": 0.0}, "liir.weight = 0.0: give a positive number"),
+        ({"intrinsic_learning_rate": -1.0}, "liir.intrinsic_learning_rate = -1.0: give a positive number"),
+        ({"minibatches": 0}, "liir.minibatches = 0: give at least 1"),
+    ],
+)
+def test_refuses_what_cannot_be_meant(fields: dict, expected: str) -> None:
+    assert refusal(unhooked(liir).LIIRLearnerConfig, **fields) == expected
