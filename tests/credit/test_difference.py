@@ -61,9 +61,9 @@ def test_the_search_for_helpers_is_that_of_its_authors(data) -> None:
 
 
 @functools.cache
-def episodes(credit: str):
+def episodes(credit: str, team_reward: str = "fraction"):
     """Lives episodes in many worlds; the team's reward and the credits, [steps, (agents,) worlds]."""
-    env = credited(rovers(), credit)
+    env = credited(rovers(team_reward=team_reward), credit)
 
     @jax.jit
     def live(state, actions):
@@ -78,18 +78,19 @@ def episodes(credit: str):
     return live
 
 
-def worlds(seed: int, credit: str = "D"):
+def worlds(seed: int, credit: str = "D", team_reward: str = "fraction"):
     """The states of freshly reset worlds, and what everybody does in them."""
     key_world, key_action = jax.random.split(jax.random.key(seed))
-    env = credited(rovers(), credit)
+    env = credited(rovers(team_reward=team_reward), credit)
     state, _ = jax.jit(env.reset_worlds)(jax.random.split(key_world, WORLDS))
     return state, jax.random.uniform(key_action, (STEPS, AGENTS, 2, WORLDS), minval=-1.0)
 
 
-def test_over_an_episode_it_is_what_the_team_would_miss() -> None:
-    state, actions = worlds(0)
-    reward, credit = episodes("D")(state, actions)
-    fewer = rovers(AGENTS - 1)
+@pytest.mark.parametrize("team_reward", ["fraction", "value", "closest"])
+def test_over_an_episode_it_is_what_the_team_would_miss(team_reward: str) -> None:
+    state, actions = worlds(0, team_reward=team_reward)
+    reward, credit = episodes("D", team_reward)(state, actions)
+    fewer = rovers(AGENTS - 1, team_reward=team_reward)
     keys = jax.random.split(jax.random.key(0), WORLDS)
 
     @jax.jit

@@ -53,6 +53,10 @@ OWN: dict[str, tuple[Any, ...]] = {
     "rover-t2-crew": (3, 2, 1, 50, dict(rover_types=crew(scouts=2, haulers=1, scouts_at_poi=1))),
     "rover-t3-crew": (6, 3, 1, 60, dict(rover_types=crew(scouts=4, haulers=2, scouts_at_poi=2))),
     "rover-t4-c3-breakdown": (7, 4, 3, 45, dict(simultaneous=TWO_PAIRS, breakdowns=1)),
+    "rover-p4-c1-value": (6, 1, 1, 50, dict(pois_per_type=4, team_reward="value")),
+    "rover-p4-c3-value": (6, 1, 3, 50, dict(pois_per_type=4, team_reward="value")),
+    "rover-p4-c1-closest": (6, 1, 1, 50, dict(pois_per_type=4, team_reward="closest")),
+    "rover-p4-c3-closest": (6, 1, 3, 50, dict(pois_per_type=4, team_reward="closest")),
 }
 
 
@@ -180,6 +184,8 @@ def test_the_resolution_divides_the_circle(value: Any) -> None:
         ("order", ("A", "B"), None),
         ("observed_pois", "vanishes", "vanish"),
         ("team_reward", "fractions", "fraction"),
+        ("team_reward", "values", "value"),
+        ("team_reward", "close", "closest"),
         ("team_reward", None, None),
         ("sensor", ["closest"], None),
     ],
@@ -189,6 +195,7 @@ def test_a_choice_is_one_of_its_names(field: str, value: Any, nearest: str | Non
     assert field in message
     assert str(value) in message
     assert nearest is None or names_offered(message)[0] == nearest
+    assert field != "team_reward" or set(names_offered(message)) == {"binary", "fraction", "value", "closest"}
 
 
 def test_a_flag_is_true_or_false() -> None:

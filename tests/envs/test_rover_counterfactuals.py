@@ -12,6 +12,7 @@ from oracles.rover_cases import (
     BORDER,
     CASES,
     WORLDS,
+    best_visits,
     environment,
     gap_to_borders,
     one_world,
@@ -44,8 +45,8 @@ def with_copies(
 
 def lived(
     world: rover.World, state: rover.State, actions: list[np.ndarray]
-) -> tuple[list[float], np.ndarray]:
-    """The team's reward of each step, and what is observed in the end."""
+) -> tuple[list[float], rover.State]:
+    """The team's reward of each step, and the state in the end."""
     rewards = []
     for action in actions:
         position, heading = rover.moved(world, state, action)
@@ -53,11 +54,10 @@ def lived(
         there = dataclasses.replace(
             state, position=position, heading=heading, poi_position=poi_position, poi_direction=poi_direction
         )
-        observed = rover.observed_after(world, there)
-        done = [rover.types_observed(world, one) for one in (state.observed, observed)]
-        rewards.append(rover.team_reward_of(world, *done))
-        state = dataclasses.replace(there, observed=observed, time=state.time + 1)
-    return rewards, state.observed
+        after = rover.after_visits(world, there)
+        rewards.append(rover.shown(world, after) - rover.shown(world, state))
+        state = after
+    return rewards, state
 
 
 def far_from_borders(world: rover.World, state: rover.State, actions: list[np.ndarray]) -> bool:
@@ -69,7 +69,7 @@ def far_from_borders(world: rover.World, state: rover.State, actions: list[np.nd
 
 
 def counterfactual_episodes(case: str):
-    """Rewards [steps, agents, worlds] and observed POIs in the end, each agent there so many times."""
+    """Rewards [steps, agents, worlds] and what each team has to show in the end, its agent there so often."""
     env = environment(case)
     inner = require(env, OffersCounterfactuals, "the test")
     of_worlds = jax.vmap(inner.counterfactual_step, in_axes=(-1, -1, -1, None, None), out_axes=-1)
@@ -99,7 +99,10 @@ def counterfactual_episodes(case: str):
 
 @pytest.mark.parametrize(
     "case",
-    ["thesis t3 c2", "graph 120", "six in threes", "groups moving", "groups breaking", "drawn", "crew"],
+    [
+        *("thesis t3 c2", "graph 120", "six in threes", "groups moving", "groups breaking", "drawn", "crew"),
+        *("value", "closest", "closest of groups", "closest alone", "closest of a crew"),
+    ],
 )
 def test_episodes_are_those_of_worlds_with_other_teams(case: str) -> None:
     world, rng = oracle_world(**CASES[case]), np.random.default_rng(11)
@@ -108,19 +111,22 @@ def test_episodes_are_those_of_worlds_with_other_teams(case: str) -> None:
     for copies in changed:
         states = random_states(world, rng)
         actions = jnp.stack([random_actions(world, rng) for _ in range(STEPS)])
-        rewards, observed = episodes(states, actions, copies)
+        rewards, shown = episodes(states, actions, copies)
         as_lived, _ = episodes(states, actions, 1)
         compared = 0
         for w in range(WORLDS):
-            before, acted = one_world(states, w), list(np.asarray(actions, np.float64)[..., w])
+            before, acted = one_world(world, states, w), list(np.asarray(actions, np.float64)[..., w])
             if not far_from_borders(world, before, acted):
                 continue
             for agent in range(world.n_agents):
                 other, start, keep = with_copies(world, before, agent, copies)
-                paid, seen = lived(other, start, [action[keep] for action in acted])
+                paid, after = lived(other, start, [action[keep] for action in acted])
                 np.testing.assert_allclose(rewards[:, agent, w], paid, atol=1e-6)
-                np.testing.assert_array_equal(observed[agent, :, w], seen)
-                changed[copies] += not np.allclose(paid, as_lived[:, agent, w])
+                np.testing.assert_array_equal(shown.observed[agent, :, w], after.observed)
+                if shown.closest is not None:
+                    closest = best_visits(world, shown.closest[agent, :, w])
+                    np.testing.assert_allclose(closest, after.best, rtol=2e-5, atol=1e-5)
+                changed[copies] += not np.allclose(paid, as_lived[:, agent, w], atol=1e-6)
             compared += 1
         assert compared > 0.7 * WORLDS
     assert changed[1] == 0
@@ -130,8 +136,8 @@ def test_episodes_are_those_of_worlds_with_other_teams(case: str) -> None:
     assert changed[4] == 0 if alone else changed[4] > 0, changed
 
 
-def test_one_of_each_is_the_step_itself() -> None:
-    case = "groups breaking"
+@pytest.mark.parametrize("case", ["groups breaking", "closest", "value of groups"])
+def test_one_of_each_is_the_step_itself(case: str) -> None:
     world, env = oracle_world(**CASES[case]), environment(case)
     assert isinstance(env, RoverDomain)
     rng = np.random.default_rng(3)
@@ -140,6 +146,10 @@ def test_one_of_each_is_the_step_itself() -> None:
     after, step = jax.jit(env.step_worlds)(states, actions, keys)
     ones = jnp.ones(env.n_agents, jnp.int32)
     counted = jax.jit(jax.vmap(env.counterfactual_step, in_axes=(-1, -1, -1, 0, None), out_axes=-1))
-    other, reward = counted(states, states.observed, actions, keys, ones)
-    np.testing.assert_array_equal(reward, step.team_reward)
-    np.testing.assert_array_equal(other, after.observed)
+    other, reward = counted(states, env.counterfactual(states), actions, keys, ones)
+    np.testing.assert_allclose(reward, step.team_reward, atol=1e-6)
+    shown = env.counterfactual(after)
+    np.testing.assert_array_equal(other.observed, shown.observed)
+    assert (other.closest is None) == (shown.closest is None)
+    if other.closest is not None:
+        np.testing.assert_allclose(other.closest, shown.closest, rtol=1e-6)

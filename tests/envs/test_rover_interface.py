@@ -20,7 +20,10 @@ from oracles.rover_cases import (
 )
 from oracles.rover_scene import Scene
 
-FEATURES = ["lone rover", "vanish 180", "vanish occluded 360", "drawn persisting", "crew drawn"]
+FEATURES = [
+    *("lone rover", "vanish 180", "vanish occluded 360", "drawn persisting", "crew drawn"),
+    *("value of groups", "closest", "closest of a crew"),
+]
 TINY = Scene(n_agents=2, n_poi_types=1, sensor_resolution=360)
 DRAWN = Scene(n_agents=3, n_poi_types=1, pois_per_type=2, world_size=10.0)
 OPTIONS = Scene(n_agents=3, n_poi_types=3, order="drawn", poi_speed=0.5, breakdowns=2, episode_length=10)
@@ -121,7 +124,7 @@ def test_a_world_without_options_is_drawn_as_it_always_was() -> None:
     np.testing.assert_allclose(state.position.ravel(), 3.5 + 3.0 * draw[:6], rtol=1e-5)
     np.testing.assert_allclose(state.heading, np.pi * (2 * draw[6:9] - 1), rtol=1e-5)
     np.testing.assert_allclose(state.poi_position.ravel(), 10.0 * draw[9:], rtol=1e-5)
-    assert (state.poi_direction, state.order, state.breaks_at) == (None, None, None)
+    assert (state.poi_direction, state.order, state.breaks_at, state.closest) == (None,) * 4
 
 
 @pytest.fixture(scope="module")

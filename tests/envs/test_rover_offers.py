@@ -29,11 +29,12 @@ def test_the_central_state_tells_all() -> None:
 
 
 def test_the_central_state_tells_what_options_add() -> None:
-    scene = Scene(n_agents=2, n_poi_types=3, order="drawn", poi_speed=0.5, breakdowns=1)
-    state = scene.state(ROVERS, POIS, courses=[0, 90, 180], order=[2, 0, 1], breaks_at=[3, NEVER], time=3)
+    options = dict(order="drawn", poi_speed=0.5, breakdowns=1, team_reward="closest")
+    scene, drawn = Scene(n_agents=2, n_poi_types=3, **options), dict(order=[2, 0, 1], breaks_at=[3, NEVER])
+    state = scene.state(ROVERS, POIS, courses=[0, 90, 180], closest=[0, 0.5, 1], time=3, **drawn)
     seen = jax.jit(scene.env.central_state)(state)
-    np.testing.assert_allclose(seen[-11:], [1, 0, 0, 1, -1, 0, 2, 0, 1, 0, 1], atol=1e-6)
-    assert len(seen) == 18 + 11
+    np.testing.assert_allclose(seen[-14:], [1, 0, 0, 1, -1, 0, 2, 0, 1, 0, 1, 0, 0.5, 1], atol=1e-6)
+    assert len(seen) == 18 + 14
 
 
 def test_the_scene_shows_where_everything_is_and_how_it_is() -> None:

@@ -188,3 +188,5 @@ def test_wrappers_know_what_success_is():
     for name in ("rover-t2-c2", "rover-t3-c1"):
         assert score_of(sc.make(name)) is SUCCESS
         assert score_of(sc.make(name, team_reward="fraction")) is SUCCESS
+        assert score_of(sc.make(name, team_reward="value")) is SUCCESS
+        assert score_of(sc.make(name, team_reward="closest")) is RETURN

@@ -171,7 +171,7 @@ def is_met(world: World, state: State, poi: int) -> bool:
     )
 
 
-def observed_after(world: World, state: State) -> np.ndarray:
+def visited_now(world: World, state: State) -> list[bool]:
     """The couplings: enough rovers at this very time, all parents at an earlier one, groups together.
 
     Args:
@@ -179,15 +179,40 @@ def observed_after(world: World, state: State) -> np.ndarray:
     """
     met = [is_met(world, state, poi) for poi in range(world.n_pois)]
     types_met = {world.poi_types[poi] for poi in range(world.n_pois) if met[poi]}
-    observed = state.observed.copy()
+    visited = []
     for poi in range(world.n_pois):
         group = {world.poi_types[poi]}
         for together in world.groups:
             if world.poi_types[poi] in together:
                 group = set(together)
-        if met[poi] and group <= types_met:
+        visited.append(met[poi] and group <= types_met)
+    return visited
+
+
+def value_over_distance(world: World, state: State, poi: int) -> float:
+    """What a visit is worth: the POI's value over the mean distance of the rovers that it takes."""
+    place, distances = state.poi_position[poi], []
+    working = [agent for agent in range(world.n_agents) if works(state, agent)]
+    couplings = [kind.coupling for kind in world.kinds] or [world.coupling]
+    for kind, coupling in enumerate(couplings):
+        own = [agent for agent in working if not world.kinds or world.kind_of(agent) == kind]
+        distances += sorted(distance_between(state.position[agent], place) for agent in own)[:coupling]
+    return world.poi_values[poi] / max(sum(distances) / len(distances), world.min_distance)
+
+
+def after_visits(world: World, state: State) -> State:
+    """The end of a step: what is observed, the best visit of each POI if that is paid, and the time.
+
+    Args:
+        state: as in `visited_now`.
+    """
+    observed, best = state.observed.copy(), None if state.best is None else state.best.copy()
+    for poi, visited in enumerate(visited_now(world, state)):
+        if visited:
             observed[poi] = True
-    return observed
+            if best is not None:
+                best[poi] = max(best[poi], value_over_distance(world, state, poi))
+    return dataclasses.replace(state, observed=observed, best=best, time=state.time + 1)
 
 
 def closeness(world: World, distances: list[float]) -> float:
@@ -242,10 +267,23 @@ def by_kind(world: World, rewards: dict[str, np.ndarray]) -> dict[str, np.ndarra
     }
 
 
-def team_reward_of(world: World, done_before: list[bool], done_after: list[bool]) -> float:
-    if world.fraction:
-        return (sum(done_after) - sum(done_before)) / world.n_types
-    return 1.0 if all(done_after) and not all(done_before) else 0.0
+def shown(world: World, state: State) -> float:
+    """How much of the task is done, from 0 to 1; the team is paid for what it grows by."""
+    done = types_observed(world, state.observed)
+    if world.team_reward == "binary":
+        return float(all(done))
+    if world.team_reward == "fraction":
+        return sum(done) / world.n_types
+    if world.team_reward == "value":
+        return sum(world.poi_values[poi] for poi in np.flatnonzero(state.observed)) / sum(world.poi_values)
+    return sum(state.best) / sum(value / world.min_distance for value in world.poi_values)
+
+
+def is_done(world: World, state: State) -> bool:
+    """Whether nothing is left to be paid for; a visit may always be closer."""
+    if world.team_reward == "closest":
+        return False
+    return all(state.observed) if world.team_reward == "value" else all(types_observed(world, state.observed))
 
 
 def step(world: World, state: State, action: np.ndarray) -> tuple[State, Outcome]:
@@ -255,15 +293,12 @@ def step(world: World, state: State, action: np.ndarray) -> tuple[State, Outcome
     there = dataclasses.replace(
         state, position=position, heading=heading, poi_position=poi_position, poi_direction=poi_direction
     )
-    observed = observed_after(world, there)
-    after = dataclasses.replace(there, observed=observed, time=state.time + 1)
-    done_before = types_observed(world, state.observed)
-    done_after = types_observed(world, observed)
-    terminated = all(done_after)
+    after = after_visits(world, there)
+    terminated = is_done(world, after)
     return after, Outcome(
         observation=observe(world, after),
         local_rewards=local_rewards_of(world, there),
-        team_reward=team_reward_of(world, done_before, done_after),
+        team_reward=shown(world, after) - shown(world, state),
         terminated=terminated,
         truncated=after.time >= world.episode_length and not terminated,
     )

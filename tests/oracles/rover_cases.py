@@ -85,6 +85,37 @@ CASES: dict[str, dict[str, Any]] = {
         n_poi_types=2, order="drawn", poi_speed=0.4, bounded=True, sensor="closest", world_size=8.0,
         rover_types=(RoverType("mast", 1, 1, sensor_resolution=180), RoverType("cart", 3, 2, 0.5, 2.0, 5.0)),
     ),
+    "value": dict(
+        n_agents=4, n_poi_types=3, pois_per_type=2, poi_values=(1.0, 3.0, 0.5), spatial_coupling=2,
+        parents={"B": ("C",)}, observed_pois="vanish", world_size=8.0, sensor_resolution=180,
+        team_reward="value", episode_length=9,
+    ),
+    "value of groups": dict(
+        n_agents=6, n_poi_types=4, pois_per_type=3, poi_values=(2.0, 0.5, 1.0, 4.0), spatial_coupling=2,
+        simultaneous=(("A", "C"),), breakdowns=1, world_size=10.0, sensor_resolution=360, team_reward="value",
+    ),
+    "closest": dict(
+        n_agents=5, n_poi_types=2, pois_per_type=3, poi_values=(0.5, 2.0), spatial_coupling=3, breakdowns=2,
+        min_distance=0.8, activation_distance=3.0, observed_pois="vanish", world_size=9.0,
+        sensor_resolution=120, team_reward="closest",
+    ),
+    "closest of groups": dict(
+        n_agents=6, n_poi_types=4, pois_per_type=2, poi_values=(1.0, 3.0, 0.5, 2.0), spatial_coupling=2,
+        simultaneous=(("B", "D"),), parents={"B": ("A",)}, poi_speed=0.6, world_size=9.0,
+        sensor_resolution=360, team_reward="closest", episode_length=11,
+    ),
+    "closest alone": dict(
+        n_agents=3, n_poi_types=4, order="drawn", min_distance=0.4, bounded=True, world_size=6.0,
+        sensor_resolution=180, team_reward="closest",
+    ),
+    "closest of a crew": dict(
+        n_poi_types=3, pois_per_type=2, poi_values=(1.0, 0.25, 3.0), world_size=8.0, team_reward="closest",
+        rover_types=(
+            RoverType("scout", 4, 2, max_speed=1.5, sensor_resolution=360),
+            RoverType("kite", 1, 0, 2.0, 4.0, observation_radius=3.0, sensor_resolution=180),
+            RoverType("hauler", 3, 1, max_turn=1.0, max_speed=0.5, sensor_resolution=360),
+        ),
+    ),
 }  # fmt: skip
 
 NEVER = 2**31 - 1
@@ -154,7 +185,7 @@ def oracle_world(**fields: Any) -> rover.World:
         n_sectors=360 // given["sensor_resolution"],
         radius=given["observation_radius"],
         vanish=given["observed_pois"] == "vanish",
-        fraction=given["team_reward"] == "fraction",
+        team_reward=given["team_reward"],
         groups=groups,
         order_drawn=given["order"] == "drawn",
         poi_speed=given["poi_speed"],
@@ -176,8 +207,14 @@ def chain_of_groups(letters: str, groups: tuple[tuple[int, ...], ...]) -> dict[s
 
 
 def random_observed(world: rover.World, rng: np.random.Generator, meeting: list[int]) -> np.ndarray:
-    """Which POIs were observed: in a fair share of worlds, all types but those of the meeting places."""
-    if rng.random() < 0.25:
+    """Which POIs were observed: in a fair share of worlds, all types but those of the meeting places.
+
+    Where all POIs are to be observed, all but the meeting places themselves.
+    """
+    each = world.team_reward == "value"
+    if rng.random() < (0.5 if each else 0.25):
+        if each:
+            return np.array([poi not in meeting for poi in range(world.n_pois)])
         kinds = [world.poi_types[poi] for poi in meeting]
         return np.array([kind not in kinds for kind in world.poi_types])
     return rng.random(world.n_pois) < rng.choice([0.0, 0.3, 0.7])
@@ -217,12 +254,15 @@ def random_states(world: rover.World, rng: np.random.Generator, worlds: int = WO
         poi_position=jax.numpy.asarray(pois, "float32"),
         observed=jax.numpy.asarray(observed),
         time=jax.numpy.asarray(time, "int32"),
-        **random_options(world, rng, time),
+        **random_options(world, rng, time, observed),
     )
 
 
-def random_options(world: rover.World, rng: np.random.Generator, time: np.ndarray) -> dict[str, jax.Array]:
-    """What the state holds for options: POIs under way, orders, rovers broken, about to break and sound."""
+def random_options(
+    world: rover.World, rng: np.random.Generator, time: np.ndarray, observed: np.ndarray
+) -> dict[str, jax.Array]:
+    """What the state holds for options: POIs under way, orders, rovers broken, about to break and sound, and
+    how near POIs were visited that were."""
     state, worlds = {}, len(time)
     if world.poi_speed:
         course = rng.uniform(0, 2 * np.pi, (world.n_pois, worlds))
@@ -236,6 +276,10 @@ def random_options(world: rover.World, rng: np.random.Generator, time: np.ndarra
             who = rng.choice(world.n_agents, world.breakdowns, replace=False)
             breaks_at[who, w] = time[w] + rng.integers(-2, 4, len(who))
         state["breaks_at"] = jax.numpy.asarray(breaks_at, "int32")
+    if world.team_reward == "closest":
+        farthest = min(1.0, world.min_distance / world.activation_distance)
+        closest = observed * rng.uniform(farthest, 1.0, observed.shape)
+        state["closest"] = jax.numpy.asarray(closest, "float32")
     return state
 
 
@@ -244,7 +288,7 @@ def random_actions(world: rover.World, rng: np.random.Generator, worlds: int = W
     return jax.numpy.asarray(rng.uniform(-1.3, 1.3, (world.n_agents, 2, worlds)), "float32")
 
 
-def one_world(states: RoverState, w: int) -> rover.State:
+def one_world(world: rover.World, states: RoverState, w: int) -> rover.State:
     return rover.State(
         position=np.asarray(states.position, np.float64)[..., w],
         heading=np.asarray(states.heading, np.float64)[..., w],
@@ -255,7 +299,14 @@ def one_world(states: RoverState, w: int) -> rover.State:
             option: None if getattr(states, option) is None else np.asarray(getattr(states, option))[..., w]
             for option in ("poi_direction", "order", "breaks_at")
         },
+        best=None if states.closest is None else best_visits(world, states.closest)[..., w],
     )
+
+
+def best_visits(world: rover.World, closest: jax.Array) -> np.ndarray:
+    """Value over distance, [pois, ...], of the closeness that our states hold."""
+    most = np.array(world.poi_values) / world.min_distance
+    return (np.asarray(closest, np.float64).T * most).T
 
 
 def gap_to_borders(world: rover.World, state: rover.State) -> float:
@@ -304,7 +355,7 @@ def answers(world: rover.World, states: RoverState, actions: jax.Array) -> Answe
     kept = np.zeros(actions.shape[-1], bool)
     said = Answers(kept, [], [], [])
     for w in range(len(kept)):
-        before = one_world(states, w)
+        before = one_world(world, states, w)
         after, outcome = rover.step(world, before, np.asarray(actions, np.float64)[..., w])
         if gap_to_borders(world, after) > BORDER:
             kept[w] = True

@@ -45,8 +45,8 @@ class World:
     """How far a rover senses; None for no limit."""
     vanish: bool
     """Whether observed POIs leave the world."""
-    fraction: bool
-    """Whether the team is paid for each type, instead of once for all."""
+    team_reward: str
+    """"binary", "fraction", "value" or "closest"."""
     groups: tuple[tuple[int, ...], ...] = ()
     """Types that only count together."""
     order_drawn: bool = False
@@ -91,6 +91,8 @@ class State:
     """Each type's place, where the order is drawn."""
     breaks_at: np.ndarray | None = None
     """The step from which on each rover is broken, where rovers break down."""
+    best: np.ndarray | None = None
+    """For each POI value over distance of the best visit so far, 0 before the first, where that is paid."""
 
 
 @dataclasses.dataclass

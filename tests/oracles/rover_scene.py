@@ -40,9 +40,11 @@ class Scene:
         courses: Any = None,
         order: Any = None,
         breaks_at: Any = None,
+        closest: Any = None,
     ) -> RoverState:
         """Everything in its place; `courses` in degrees, one a POI."""
         agents, n_pois = self.world.n_agents, self.world.n_pois
+        visits = [0.0] * n_pois if closest is None else closest
         towards = None if courses is None else [around((0.0, 0.0), course, 1.0) for course in courses]
         return RoverState(
             position=jnp.asarray(rovers, jnp.float32).reshape(agents, 2),
@@ -53,6 +55,7 @@ class Scene:
             poi_direction=None if towards is None else jnp.asarray(towards, jnp.float32),
             order=None if order is None else jnp.asarray(order, jnp.int32),
             breaks_at=None if breaks_at is None else jnp.asarray(breaks_at, jnp.int32),
+            closest=jnp.asarray(visits, jnp.float32) if self.world.team_reward == "closest" else None,
         )
 
     def step(self, state: RoverState, *actions: tuple[float, float]) -> tuple[RoverState, TimeStep]:
@@ -61,7 +64,7 @@ class Scene:
         return self._step(state, jnp.asarray(given, jnp.float32), jax.random.key(0))
 
     def oracle_state(self, state: RoverState) -> rover.State:
-        return one_world(jax.tree.map(lambda leaf: leaf[..., None], state), 0)
+        return one_world(self.world, jax.tree.map(lambda leaf: leaf[..., None], state), 0)
 
     def sensed(self, state: RoverState, agent: int = 0) -> np.ndarray:
         """What one rover senses after a step in which all stood: sectors, channels."""

@@ -4,7 +4,7 @@ import dataclasses
 import math
 import string
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Literal, get_args
 
 from skillcrew.envs.rover.checks import (
     check_count,
@@ -27,6 +27,8 @@ from skillcrew.errors import UserError, unknown_name
 
 OF_A_TYPE = ("spatial_coupling", "max_turn", "max_speed", "sensor_resolution", "observation_radius")
 """What each of `rover_types` says of itself."""
+TeamReward = Literal["binary", "fraction", "value", "closest"]
+"""What the team is paid for; see `RoverConfig.team_reward`."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,7 +47,8 @@ class RoverConfig:
     pois_per_type: int = 1
     """POIs of each type; the first one observed counts for its type."""
     poi_values: tuple[float, ...] | None = None
-    """Value V of a POI of each type in the sensor's sum V/δ² (eq. 4.2). Default: 1 for all."""
+    """Value V of a POI of each type, in the sensor's sum V/δ² (eq. 4.2) and in the team's dense rewards.
+    Default: 1 for all."""
     spatial_coupling: int = 1
     """Rovers that must be within the activation distance of a POI in the same step."""
     parents: Mapping[str, tuple[str, ...]] | None = None
@@ -69,7 +72,7 @@ class RoverConfig:
     activation_distance: float = 2.0
     """Within this distance of a POI a rover counts towards observing it."""
     min_distance: float = 1.0
-    """Lower bound of the sensed distance δ."""
+    """Lower bound of the sensed distance δ, and of the distance that the team reward "closest" pays for."""
     sensor: Literal["density", "closest"] = "density"
     """Sum over a sector's reflectors, or only its strongest (what is behind it is occluded)."""
     sensor_resolution: int = 90
@@ -87,8 +90,9 @@ class RoverConfig:
     rover_types: tuple[RoverType, ...] | None = ()
     """Rovers that differ. A POI then takes `coupling` of each type in the same step; what a type says of
     itself is left out above, and `n_agents` follows. Default: all rovers are alike."""
-    team_reward: Literal["binary", "fraction"] = "binary"
-    """1 when the last type is observed, or each newly observed type's share of all types."""
+    team_reward: TeamReward = "binary"
+    """"binary": 1 with the last type. "fraction": each new type's share of all. "value": each new POI's share
+    of the value of all. "closest": value over distance of each POI's closest visit, as it grows."""
 
     def __post_init__(self) -> None:
         crew = checked_crew(self.rover_types or ())
@@ -140,10 +144,13 @@ class RoverConfig:
         """One line on sizes, and on what it has beyond them."""
         groups = " then ".join("+".join(group) for group in self.simultaneous or ())
         said = {
+            f"{self.pois_per_type} POIs of each": self.pois_per_type > 1,
             f"{groups} at once": self.simultaneous,
             "order drawn": self.order == "drawn",
             "POIs move": self.poi_speed,
             f"{self.breakdowns} breaks down": self.breakdowns,
+            "value observed is paid": self.team_reward == "value",
+            "closest visits are paid": self.team_reward == "closest",
         }
         rovers, coupling = f"{self.n_agents} rover(s)", str(self.spatial_coupling)
         if self.rover_types:
@@ -225,7 +232,7 @@ class RoverConfig:
 
     def _check_choices(self) -> None:
         choices = {"sensor": ("density", "closest"), "observed_pois": ("persist", "vanish")}
-        choices |= {"team_reward": ("binary", "fraction"), "order": ("fixed", "drawn")}
+        choices |= {"team_reward": get_args(TeamReward), "order": ("fixed", "drawn")}
         for field, valid in choices.items():
             if getattr(self, field) not in valid:
                 raise unknown_name(field, str(getattr(self, field)), valid)

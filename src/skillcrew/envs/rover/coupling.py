@@ -36,7 +36,7 @@ def next_in_order(done: PerType, order: Int[Array, "types *worlds"]) -> PerType:
     return unlocked_in_order(done, order) & ~done
 
 
-def newly_observed(
+def visited(
     squared_distance: Float[Array, "pois agents *worlds"],
     unlocked: PerType,
     groups: tuple[tuple[int, ...], ...],
@@ -45,7 +45,7 @@ def newly_observed(
     activation_distance: float,
     copies: Int[Array, " agents"] | None = None,
 ) -> Bool[Array, "pois *worlds"]:
-    """Which POIs meet all couplings in this step (thesis, section 4.1).
+    """Which POIs meet all couplings in this step, observed before or not (thesis, section 4.1).
 
     Spatial: of each type of rovers at least its `coupling` within `activation_distance` at this very step.
     Temporal: the type is unlocked by what was observed at *earlier* steps. Simultaneous: the same
@@ -69,3 +69,39 @@ def newly_observed(
         for kind in range(len(unlocked))
     ]
     return jnp.stack([enough[poi] & ready[poi // pois_per_type] for poi in range(len(enough))])
+
+
+def visiting_distance(
+    squared_distance: Float[Array, "pois agents *worlds"],
+    crew: Ranks,
+    copies: Int[Array, " agents"] | None = None,
+) -> Float[Array, "pois *worlds"]:
+    """The mean distance, in metres, of the rovers that a POI takes: of each type the `coupling` closest.
+
+    Infinite, or too small, where there are fewer.
+
+    Args:
+        squared_distance: infinite for a rover that does not count.
+        copies: as how many each rover counts; by default as one.
+    """
+    if copies is None:
+        copies = jnp.ones(squared_distance.shape[1], jnp.int32)
+    distance = jnp.sqrt(squared_distance)
+    needed = [(kind.coupling, rows) for kind, rows in crew if kind.coupling]
+    sums = [_sum_of_closest(distance[:, rows], copies[rows], count) for count, rows in needed]
+    return functools.reduce(jnp.add, sums) / sum(count for count, _ in needed)
+
+
+def _sum_of_closest(
+    distance: Float[Array, "pois agents *worlds"], copies: Int[Array, " agents"], count: int
+) -> Float[Array, "pois *worlds"]:
+    """Over the `count` closest, one that is there several times counting as often as that."""
+    agents, ones = distance.shape[1], (1,) * (distance.ndim - 2)
+    mine, others = distance[:, :, None], distance[:, None]
+    # Of those at the same distance the first ones are taken as the closer ones, so that none is taken twice.
+    first = jnp.tri(agents, k=-1, dtype=bool).reshape(1, agents, agents, *ones)
+    closer = ((others < mine) | ((others == mine) & first)).astype(jnp.int32)
+    before = (closer * copies.reshape(1, 1, agents, *ones)).sum(2, dtype=jnp.int32)
+    taken = jnp.clip(count - before, 0, copies.reshape(1, agents, *ones))
+    # A rover that does not count is infinitely far, and not taken, as a rule: infinity times 0 is no number.
+    return jnp.where(taken > 0, taken.astype(distance.dtype) * distance, 0.0).sum(1)

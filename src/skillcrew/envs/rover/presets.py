@@ -1,6 +1,6 @@
 """The Rover Domain's named configurations."""
 
-from skillcrew.envs.rover.config import RoverConfig
+from skillcrew.envs.rover.config import RoverConfig, TeamReward
 from skillcrew.envs.rover.crew import RoverType
 
 _AB_THEN_CD = (("A", "B"), ("C", "D"))
@@ -11,6 +11,18 @@ def _crew(scouts: int, haulers: int, scouts_at_poi: int) -> tuple[RoverType, ...
     return (
         RoverType("scout", scouts, coupling=scouts_at_poi, max_speed=1.5, sensor_resolution=45),
         RoverType("hauler", haulers, coupling=1, max_turn=1.5, max_speed=0.75, observation_radius=20.0),
+    )
+
+
+def _dense(coupling: int, team_reward: TeamReward) -> RoverConfig:
+    """Six rovers and four POIs that are all alike."""
+    return RoverConfig(
+        n_agents=6,
+        n_poi_types=1,
+        pois_per_type=4,
+        spatial_coupling=coupling,
+        episode_length=50,
+        team_reward=team_reward,
     )
 
 
@@ -55,5 +67,10 @@ PRESETS: dict[str, RoverConfig] = {
     # Rovers of two types, of which a POI takes both.
     "rover-t2-crew": RoverConfig(n_poi_types=2, episode_length=50, rover_types=_crew(2, 1, 1)),
     "rover-t3-crew": RoverConfig(n_poi_types=3, episode_length=60, rover_types=_crew(4, 2, 2)),
+    # Dense ground, for which gradient methods were made: no order, and each of four POIs pays.
+    "rover-p4-c1-value": _dense(coupling=1, team_reward="value"),
+    "rover-p4-c3-value": _dense(coupling=3, team_reward="value"),
+    "rover-p4-c1-closest": _dense(coupling=1, team_reward="closest"),
+    "rover-p4-c3-closest": _dense(coupling=3, team_reward="closest"),
 }
 """By name. docs/environments/rover.md says what each is for."""

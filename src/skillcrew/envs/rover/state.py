@@ -1,5 +1,7 @@
 """Where everything is in a Rover Domain, and how it is drawn."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -11,6 +13,14 @@ START_SHARE = 0.3
 """Rovers start in this central share of each axis."""
 NEVER = 2**31 - 1
 """The step at which a rover breaks down that does not."""
+
+
+class Progress(eqx.Module):
+    """What the team has to show for itself: all of a state that depends on who is in the team."""
+
+    observed: Bool[Array, "pois *worlds"]
+    closest: Float[Array, "pois *worlds"] | None
+    """See `RoverState`."""
 
 
 class RoverState(eqx.Module):
@@ -34,10 +44,21 @@ class RoverState(eqx.Module):
     """Each type's place in the order in which they must be observed, from 0 (`order = "drawn"`)."""
     breaks_at: Int[Array, "agents *worlds"] | None = None
     """The first step that a rover does not take part in, or `NEVER` (`breakdowns`)."""
+    closest: Float[Array, "pois *worlds"] | None = None
+    """`min_distance` over the distance of the best visit so far, at most 1; 0 where there was none
+    (`team_reward = "closest"`)."""
 
     def working(self) -> Bool[Array, "agents *worlds"] | None:
         """Which rovers take part in the step that comes now; None if all always do."""
         return None if self.breaks_at is None else self.time[None] < self.breaks_at
+
+    def progress(self) -> Progress:
+        """Rovers do not get in each other's way: nothing else depends on them."""
+        return Progress(self.observed, self.closest)
+
+    def with_progress(self, progress: Progress) -> "RoverState":
+        """The same places at the same time, with what another team has to show."""
+        return dataclasses.replace(self, observed=progress.observed, closest=progress.closest)
 
 
 def draw_state(config: RoverConfig, key: Key[Array, ""]) -> RoverState:
@@ -61,6 +82,7 @@ def draw_state(config: RoverConfig, key: Key[Array, ""]) -> RoverState:
         poi_direction=_direction(parts["course"]) if "course" in parts else None,
         order=_permutation(parts["order"]) if "order" in parts else None,
         breaks_at=_breakdowns(config, parts["who breaks"], parts["when"]) if "when" in parts else None,
+        closest=jnp.zeros(pois) if config.team_reward == "closest" else None,
     )
 
 

@@ -17,7 +17,7 @@ from skillcrew.envs.rover.motion import Direction, direction_of, moved
 from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.envs.rover.scene import scene, skill_texts
 from skillcrew.envs.rover.sensors import Reflections, Reflector
-from skillcrew.envs.rover.state import RoverState, draw_state
+from skillcrew.envs.rover.state import Progress, RoverState, draw_state
 from skillcrew.envs.scene import Scene
 
 
@@ -41,6 +41,8 @@ class RoverDomain(Environment):
         self.config = config
         self.crew = ranks(config.crew)
         self.episode_length = config.episode_length
+        if config.team_reward == "closest":
+            self.success = None  # A visit may always be closer: the task is never done.
         kinds = [self._agent_type(kind) for kind in config.crew]
         if config.rover_types:
             self.types = tuple(kinds)
@@ -69,24 +71,24 @@ class RoverDomain(Environment):
         del keys
         return self._advance(state, self._of_all(action))
 
-    def counterfactual(self, state: RoverState) -> Bool[Array, " pois"]:
-        """What is observed: rovers do not get in each other's way."""
-        return state.observed
+    def counterfactual(self, state: RoverState) -> Progress:
+        """What is observed, and how near visits were where that counts."""
+        return state.progress()
 
     def counterfactual_step(
         self,
         state: RoverState,
-        other: Bool[Array, " pois"],
+        other: Progress,
         action: Any,
         key: Key[Array, ""],
         copies: Int[Array, " agents"],
-    ) -> tuple[Bool[Array, " pois"], Float[Array, ""]]:
+    ) -> tuple[Progress, Float[Array, ""]]:
         """See `OffersCounterfactuals`: a rover that is there three times counts as three at a POI."""
         del key
         there, _ = moved(self.config, state, self._of_all(action))
         poi_squared = self._poi_squared_distances(there)
-        after, reward, _ = self._observed(dataclasses.replace(there, observed=other), poi_squared, copies)
-        return after.observed, reward
+        after = self._visited(there.with_progress(other), poi_squared, copies).progress()
+        return after, rewards.team_reward(self.config, other, after)
 
     def _of_all(self, action: Any) -> Float[Array, "agents 2 *worlds"]:
         """All rovers' actions in one array."""
@@ -101,9 +103,10 @@ class RoverDomain(Environment):
     def central_state(self, state: RoverState) -> Float[Array, " features"]:
         """Where everything is, how rovers head, what is observed, and the time; then what options add.
 
-        They add the courses of POIs, each type's place in the order, and which rovers work.
+        They add the courses of POIs, each type's place in the order, which rovers work, and how near each
+        POI was visited.
         """
-        options = (state.poi_direction, state.order, state.working())
+        options = (state.poi_direction, state.order, state.working(), state.closest)
         parts = (state.position, *direction_of(state.heading), state.poi_position, state.observed)
         time = state.time / self.episode_length
         return jnp.concatenate(
@@ -117,60 +120,58 @@ class RoverDomain(Environment):
     def _advance(
         self, state: RoverState, action: Float[Array, "agents 2 *worlds"]
     ) -> tuple[RoverState, TimeStep | TimeStepByType]:
+        before = state.progress()
         state, direction = moved(self.config, state, action)
         poi_squared = self._poi_squared_distances(state)
         local_rewards = self._local_rewards(state, poi_squared)
-        state, team_reward, terminated = self._observed(state, poi_squared)
+        state = self._visited(state, poi_squared)
+        terminated = rewards.task_done(self.config, state.progress())
         returned = TimeStepByType if self.types else TimeStep
         return state, returned(
             observation=self._observe(state, direction),
             local_rewards=self._by_type([local_rewards[rows] for _, rows in self.crew]),
-            team_reward=team_reward,
+            team_reward=rewards.team_reward(self.config, before, state.progress()),
             terminated=terminated,
             truncated=(state.time >= self.episode_length) & ~terminated,
         )
 
-    def _observed(
+    def _visited(
         self,
         state: RoverState,
         poi_squared: Float[Array, "pois agents *worlds"],
         copies: Int[Array, " agents"] | None = None,
-    ) -> tuple[RoverState, Float[Array, "*worlds"], Bool[Array, "*worlds"]]:
-        """What this step adds to what is observed, the team's reward for it, and whether all is done."""
-        config = self.config
-        before = coupling.types_observed(state.observed, config.pois_per_type)
-        observed = state.observed | self._newly_observed(state, poi_squared, before, copies)
-        after = coupling.types_observed(observed, config.pois_per_type)
-        state = dataclasses.replace(state, observed=observed, time=state.time + 1)
-        return state, rewards.team_reward(before, after, config.team_reward), after.all(0)
-
-    def _poi_squared_distances(self, state: RoverState) -> Float[Array, "pois agents *worlds"]:
-        squared = [_squared(*_offsets(state.position, poi)) for poi in state.poi_position]
-        return jnp.stack(squared)
-
-    def _newly_observed(
-        self,
-        state: RoverState,
-        poi_squared: Float[Array, "pois agents *worlds"],
-        done: Bool[Array, "types *worlds"],
-        copies: Int[Array, " agents"] | None,
-    ) -> Bool[Array, "pois *worlds"]:
+    ) -> RoverState:
+        """The end of a step in which everything has moved: what the team has to show now, and the time."""
         config, working = self.config, state.working()
         if working is not None:
             poi_squared = jnp.where(working[None], poi_squared, jnp.inf)
-        if state.order is None:
-            unlocked = coupling.unlocked_by_parents(done, config.parent_indices)
-        else:
-            unlocked = coupling.unlocked_in_order(done, state.order)
-        return coupling.newly_observed(
+        visited = coupling.visited(
             poi_squared,
-            unlocked,
+            self._unlocked(state),
             config.group_indices,
             config.pois_per_type,
             self.crew,
             config.activation_distance,
             copies,
         )
+        closest = state.closest
+        if closest is not None:
+            distance = coupling.visiting_distance(poi_squared, self.crew, copies)
+            near = config.min_distance / jnp.maximum(distance, config.min_distance)
+            closest = jnp.maximum(closest, jnp.where(visited, near, 0.0))
+        progress = Progress(state.observed | visited, closest)
+        return dataclasses.replace(state.with_progress(progress), time=state.time + 1)
+
+    def _unlocked(self, state: RoverState) -> Bool[Array, "types *worlds"]:
+        """The types whose turn it is, or was."""
+        done = coupling.types_observed(state.observed, self.config.pois_per_type)
+        if state.order is None:
+            return coupling.unlocked_by_parents(done, self.config.parent_indices)
+        return coupling.unlocked_in_order(done, state.order)
+
+    def _poi_squared_distances(self, state: RoverState) -> Float[Array, "pois agents *worlds"]:
+        squared = [_squared(*_offsets(state.position, poi)) for poi in state.poi_position]
+        return jnp.stack(squared)
 
     def _local_rewards(
         self, state: RoverState, poi_squared: Float[Array, "pois agents *worlds"]
