@@ -1,4 +1,4 @@
-"""A baseline of JaxMARL's repository as it lies there, on our environments. Used by `jaxmarl_ippo.py`."""
+"""Baselines of JaxMARL's repository as they lie there. Used by `jaxmarl_ippo.py` and `jaxmarl_ppo.py`."""
 
 import contextlib
 import functools
@@ -25,23 +25,29 @@ def make(name: str, skills: Sequence[str] = (), **options: Any) -> Any:
     return sc.jaxmarl_env(sc.make(name, **options), skills)
 
 
-def load(checkout: Path) -> Any:
-    """The baseline as a module that takes its environments from `make`; JaxMARL itself stays as it is."""
+def load(checkout: Path, file: Path) -> Any:
+    """A baseline as a module."""
     import_jaxmarl()
-    spec = importlib.util.spec_from_file_location(IPPO.stem, checkout / IPPO)
+    spec = importlib.util.spec_from_file_location(file.stem, checkout / file)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    return module
+
+
+def load_on_ours(checkout: Path) -> Any:
+    """IPPO as a module that takes its environments from `make`; JaxMARL itself stays as it is."""
+    module = load(checkout, IPPO)
     vars(module)["jaxmarl"] = types.SimpleNamespace(make=make)
     return module
 
 
-def settings(checkout: Path) -> dict[str, Any]:
-    """What the baseline's own file says."""
+def settings(checkout: Path, file: Path) -> dict[str, Any]:
+    """What a baseline's own file says."""
     # YAML's own reader takes 1e-3 for a word.
     from omegaconf import OmegaConf
 
-    read = OmegaConf.to_container(OmegaConf.load(checkout / IPPO.parent / "config" / f"{IPPO.stem}.yaml"))
+    read = OmegaConf.to_container(OmegaConf.load(checkout / file))
     assert isinstance(read, dict)
     return {str(name): value for name, value in read.items()}
 
@@ -50,15 +56,15 @@ def commit(checkout: Path) -> str:
     """Which version of JaxMARL it is.
 
     Raises:
-        SystemExit: its IPPO is not as it was committed, or it is no checkout.
+        SystemExit: its baselines are not as they were committed, or it is no checkout.
     """
     git = functools.partial(subprocess.run, cwd=checkout, capture_output=True, text=True)
     head = git(["git", "rev-parse", "HEAD"])
-    changes = git(["git", "status", "--porcelain", str(IPPO.parent)])
+    changes = git(["git", "status", "--porcelain", "baselines"])
     if head.returncode or changes.returncode:
         raise SystemExit(f"{checkout}: {head.stderr or changes.stderr}")
     if changes.stdout:
-        raise SystemExit(f"{checkout}: its IPPO was changed:\n{changes.stdout}")
+        raise SystemExit(f"{checkout}: its baselines were changed:\n{changes.stdout}")
     return head.stdout.strip()
 
 

@@ -104,7 +104,9 @@ def main() -> None:
     parser.add_argument("--share", type=float, default=1.0, help="of the steps; less for a quick look")
     arguments = parser.parse_args()
     commit = jaxmarl_baseline.commit(arguments.checkout)
-    baseline, own = (part(arguments.checkout) for part in (jaxmarl_baseline.load, jaxmarl_baseline.settings))
+    baseline = jaxmarl_baseline.load_on_ours(arguments.checkout)
+    file = jaxmarl_baseline.IPPO
+    own = jaxmarl_baseline.settings(arguments.checkout, file.parent / "config" / f"{file.stem}.yaml")
     baseline.wandb.init(mode=own["WANDB_MODE"])
     page: list[str] = []
 

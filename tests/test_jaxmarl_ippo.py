@@ -45,7 +45,9 @@ def test_who_goes_straight_to_both_finishes_and_who_stays_is_paid_more() -> None
 def test_a_baseline_gets_our_environment_and_nobody_else_does(tmp_path) -> None:
     checkout(tmp_path)
     own = jaxmarl.make
-    env = jaxmarl_baseline.load(tmp_path).make_train("rover-t2-c1", poi_values=(100.0, 100.0), **CLOSE_TO_A)
+    env = jaxmarl_baseline.load_on_ours(tmp_path).make_train(
+        "rover-t2-c1", poi_values=(100.0, 100.0), **CLOSE_TO_A
+    )
     assert (env.name, env.env.config.poi_values) == ("rover-t2-c1", (100.0, 100.0))
     assert jaxmarl.make is own
 
