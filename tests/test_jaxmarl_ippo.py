@@ -56,7 +56,7 @@ def test_a_baseline_that_was_changed_is_refused(tmp_path) -> None:
     file = checkout(tmp_path)
     assert len(jaxmarl_baseline.commit(tmp_path)) == 40
     file.write_text(BASELINE + "# faster\n")
-    with pytest.raises(SystemExit, match="was changed"):
+    with pytest.raises(SystemExit, match="were changed"):
         jaxmarl_baseline.commit(tmp_path)
 
 
