@@ -39,6 +39,18 @@ from .algorithms.independent import (
 from .algorithms.independent import (
     IndependentTD3Config as IndependentTD3Config,
 )
+from .algorithms.maddpg import (
+    MADDPG as MADDPG,
+)
+from .algorithms.maddpg import (
+    MATD3 as MATD3,
+)
+from .algorithms.maddpg import (
+    MADDPGConfig as MADDPGConfig,
+)
+from .algorithms.maddpg import (
+    MATD3Config as MATD3Config,
+)
 from .algorithms.madys import (
     MADyS as MADyS,
 )
@@ -130,6 +142,7 @@ from .experiment.run import (
 )
 from .experiment.runner import Interrupted as Interrupted
 from .learners.dqn import DQNConfig as DQNConfig
+from .learners.maddpg import MADDPGLearnerConfig as MADDPGLearnerConfig
 from .learners.plateau import PlateauConfig as PlateauConfig
 from .learners.resource_manager import ResourceConfig as ResourceConfig
 from .learners.td3 import (

@@ -25,6 +25,7 @@ from experiment.tiny import (
     tiny_cerl,
     tiny_ea,
     tiny_madys,
+    tiny_matd3,
     tiny_merl,
     tiny_mfl,
 )
@@ -55,7 +56,7 @@ def test_stopped_through_ctrl_c_and_then_by_an_error(finished, tmp_path):
         np.testing.assert_array_equal(ours, theirs)
 
 
-@pytest.mark.parametrize("make", [tiny_ea, tiny_mfl, tiny_merl, tiny_cerl])
+@pytest.mark.parametrize("make", [tiny_ea, tiny_mfl, tiny_merl, tiny_cerl, tiny_matd3])
 def test_other_algorithms_resume_to_the_same_bits(make, tmp_path):
     compile_once()
     whole, run = tmp_path / "whole", tmp_path / "run"
