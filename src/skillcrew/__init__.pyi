@@ -51,6 +51,18 @@ from .algorithms.liir import (
 from .algorithms.liir import (
     LIIRConfig as LIIRConfig,
 )
+from .algorithms.maddpg import (
+    MADDPG as MADDPG,
+)
+from .algorithms.maddpg import (
+    MATD3 as MATD3,
+)
+from .algorithms.maddpg import (
+    MADDPGConfig as MADDPGConfig,
+)
+from .algorithms.maddpg import (
+    MATD3Config as MATD3Config,
+)
 from .algorithms.madys import (
     MADyS as MADyS,
 )
@@ -153,6 +165,7 @@ from .experiment.runner import Interrupted as Interrupted
 from .learners.coma import COMALearnerConfig as COMALearnerConfig
 from .learners.dqn import DQNConfig as DQNConfig
 from .learners.liir import LIIRLearnerConfig as LIIRLearnerConfig
+from .learners.maddpg import MADDPGLearnerConfig as MADDPGLearnerConfig
 from .learners.plateau import PlateauConfig as PlateauConfig
 from .learners.ppo import PPOConfig as PPOConfig
 from .learners.resource_manager import ResourceConfig as ResourceConfig

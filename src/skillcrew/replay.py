@@ -166,3 +166,25 @@ def transitions_of(trajectories: Trajectories) -> tuple[Transitions, Bool[Array,
         terminated=per_agent(trajectories.terminated).astype(jnp.float32),
     )
     return transitions, per_agent(trajectories.mask)
+
+
+def joint_transitions_of(trajectories: Trajectories) -> tuple[Transitions, Bool[Array, " items"]]:
+    """The whole team's transitions in one row for each step, agent by agent, and which of them count.
+
+    Behind the actions stands each agent's choice.
+    """
+    items = trajectories.mask.size
+
+    def joined(of_agents: Array) -> Array:
+        return of_agents.reshape(items, -1)
+
+    choice = joined(trajectories.choice).astype(jnp.float32)
+    transitions = Transitions(
+        observation=joined(trajectories.observation),
+        action=jnp.concatenate([joined(trajectories.action), choice], axis=1),
+        next_observation=joined(trajectories.next_observation),
+        local_rewards=joined(trajectories.local_rewards),
+        team_reward=trajectories.team_reward.reshape(items),
+        terminated=trajectories.terminated.reshape(items).astype(jnp.float32),
+    )
+    return transitions, trajectories.mask.reshape(items)

@@ -10,10 +10,9 @@ import pytest
 import skillcrew as sc
 from oracles.aiming import AGENTS, COMMON, TARGETS, Aiming
 from oracles.refusals import refusal, unhooked
-from skillcrew.algorithms import independent
-from skillcrew.algorithms.actor_learning import ActorLearning, ActorLearningConfig
+from skillcrew.algorithms import learning_alone
+from skillcrew.credit.reward import LearnedReward
 from skillcrew.policies.network import NetworkConfig
-from skillcrew.replay import Transitions
 
 QUICK: dict[str, Any] = {
     "episodes": 7,
@@ -68,25 +67,19 @@ def test_one_actor_for_all_can_only_aim_between_the_targets() -> None:
 
 
 def test_the_reward_is_the_one_that_was_named() -> None:
-    rewards = jnp.array([[[1.0, 10.0]], [[2.0, 20.0]], [[3.0, 30.0]]])
-    nothing = jnp.zeros((AGENTS, 1, 4))
-    drawn = Transitions(
-        nothing, nothing[..., :1], nothing, rewards, jnp.full((AGENTS, 1), 7.0), nothing[..., 0]
-    )
+    rewards = jnp.array([[1.0, 10.0], [2.0, 20.0], [3.0, 30.0]])
     for reward, expected in {
         "own": [1.0, 2.0, 3.0],
         "common": [10.0, 20.0, 30.0],
         "local": [11.0, 22.0, 33.0],
         "team": [7.0, 7.0, 7.0],
     }.items():
-        learning = ActorLearning(Aiming(), ActorLearningConfig(reward=reward), AGENTS)
-        # Of each of three actors, one batch of one transition.
-        assert learning._reward(jax.tree.map(lambda leaf: leaf[:, None], drawn)).ravel().tolist() == expected
+        assert LearnedReward(Aiming(), reward)(rewards, jnp.full(AGENTS, 7.0)).tolist() == expected
     assert COMMON not in TARGETS
 
 
 def test_another_sharing_is_refused() -> None:
-    message = refusal(unhooked(independent).IndependentTD3Config, sharing="everyone")
+    message = refusal(unhooked(learning_alone).LearningAloneConfig, sharing="everyone")
     assert message == "unknown sharing 'everyone'; valid, nearest first: agent, team"
 
 

@@ -77,7 +77,7 @@ def test_algorithms_are_found_by_name() -> None:
     assert algorithm_class("madys") is MADyS
     assert isinstance(make_algorithm("madys", ENV), MADyS)
     evolving = {"madys", "madys-plus", "madys-es", "open-loop", "mfl", "ea", "ccea", "merl", "erl", "cerl"}
-    assert set(ALGORITHMS) == evolving | {"td3", "ddpg", "dqn"}
+    assert set(ALGORITHMS) == evolving | {"td3", "ddpg", "dqn", "maddpg", "matd3"}
     kinds = {name: listed.load() for name, listed in ALGORITHMS.items()}
     assert all(kind.name == name for name, kind in kinds.items())
     assert len({kind.label for kind in kinds.values()}) == len(kinds), "legends must tell them apart"

@@ -281,7 +281,7 @@ def test_without_counterfactuals_it_is_refused_by_name() -> None:
     with pytest.raises(UserError, match=r"reward = D\+\+ needs counterfactual.*silent does not offer"):
         sc.IndependentTD3(Silent(), reward="D++")
     for algorithm in (sc.ERL, sc.MERL, sc.CERL):
-        with pytest.raises(UserError, match=r"reward = D: .*only td3, ddpg and dqn learn from"):
+        with pytest.raises(UserError, match=r"reward = D: .*td3, ddpg, dqn, .* coma and liir learn"):
             algorithm(rovers(), reward="D")
     with pytest.raises(UserError, match=r"unknown reward 'E'.* D, D\+\+, go_to_poi_A"):
         sc.IndependentTD3(rovers(), reward="E")

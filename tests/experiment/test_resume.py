@@ -26,6 +26,7 @@ from experiment.tiny import (
     tiny_ea,
     tiny_madys,
     tiny_mappo,
+    tiny_matd3,
     tiny_merl,
     tiny_mfl,
 )
@@ -56,7 +57,7 @@ def test_stopped_through_ctrl_c_and_then_by_an_error(finished, tmp_path):
         np.testing.assert_array_equal(ours, theirs)
 
 
-@pytest.mark.parametrize("make", [tiny_ea, tiny_mfl, tiny_merl, tiny_cerl, tiny_mappo])
+@pytest.mark.parametrize("make", [tiny_ea, tiny_mfl, tiny_merl, tiny_cerl, tiny_matd3, tiny_mappo])
 def test_other_algorithms_resume_to_the_same_bits(make, tmp_path):
     compile_once()
     whole, run = tmp_path / "whole", tmp_path / "run"

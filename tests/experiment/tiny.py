@@ -143,6 +143,18 @@ def tiny_cerl(**overrides) -> sc.CERL:
     return sc.CERL(like.env, **{**fields, **overrides})
 
 
+def tiny_matd3(**overrides) -> sc.MATD3:
+    """Two policies for each rover, of which one is drawn for each episode."""
+    fields = {
+        "ensemble": 2,
+        "episodes": 8,
+        "updates": 2,
+        "buffer_capacity": 400,
+        "learner": sc.MADDPGLearnerConfig.matd3(batch_size=8, network=sc.NetworkConfig(hidden=(8,))),
+    }
+    return sc.MATD3(tiny_madys().env, **{**fields, **overrides})
+
+
 @functools.cache
 def finished_run() -> Path:
     """A run to the end of its budget, uninterrupted. Copy it before changing anything."""

@@ -7,31 +7,30 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
-from jaxtyping import Array, Bool, Float, Key
+from jaxtyping import Array, Bool, Key
 
-from skillcrew.credit.difference import CREDITS
+from skillcrew.credit.reward import LearnedReward
 from skillcrew.envs.environment import Environment
-from skillcrew.errors import UserError, unknown_name
+from skillcrew.errors import UserError
 from skillcrew.learners.batch import Batch
 from skillcrew.learners.dqn import DQNConfig
-from skillcrew.learners.learner import LearnerState, make_learner, unused_learner
+from skillcrew.learners.learner import Learner, LearnerState, make_learner, unused_learner
 from skillcrew.learners.td3 import TD3Config
 from skillcrew.learners.training import train_learners
 from skillcrew.policies.memory import MemoryNetwork
 from skillcrew.policies.network import NetworkConfig
-from skillcrew.policies.team import ActorTeam
+from skillcrew.policies.team import ActorTeam, NoisyTeam
 from skillcrew.replay import ReplayBuffer, Transitions, capacity_for, most_transitions, transitions_of
-from skillcrew.rollout import Trajectories
+from skillcrew.rollout import Lineup, Start, Trajectories
 
 
 @dataclasses.dataclass(frozen=True)
-class ActorLearningConfig:
-    """What actors learn from, and how."""
+class LearningConfig:
+    """What actors learn from, and how much, whatever their critics see."""
 
     reward: str = "team"
     """What each actor maximises: "team", "local" for the sum of its agent's local rewards, skills joined by +
-    for the sum of those; in td3, ddpg and dqn also its agent's part of the team's: "D" or "D++"."""
+    for the sum of those; where nothing evolves also its agent's part of the team's: "D" or "D++"."""
     task_ends_value: bool = True
     """Whether an actor's value ends where the team's task is done, as the episode does. On a dense local
     reward that teaches actors to put off the end of the task; see `SkillConfig.task_ends_skills`."""
@@ -45,8 +44,6 @@ class ActorLearningConfig:
     those of two generations where they are more."""
     learner: TD3Config = dataclasses.field(default_factory=lambda: TD3Config(discount=0.99))
     """How actors learn. The discount looks as far as the team's task takes."""
-    dqn: DQNConfig = dataclasses.field(default_factory=lambda: DQNConfig(discount=0.99))
-    """How they learn where actions are discrete."""
 
     def __post_init__(self) -> None:
         for field in ("updates", "buffer_capacity"):
@@ -60,6 +57,14 @@ class ActorLearningConfig:
                 f"updates = {self.updates}: give a multiple of learner.policy_delay = "
                 f"{self.learner.policy_delay}"
             )
+
+
+@dataclasses.dataclass(frozen=True)
+class ActorLearningConfig(LearningConfig):
+    """What actors learn from, and how, each with critics of its own view."""
+
+    dqn: DQNConfig = dataclasses.field(default_factory=lambda: DQNConfig(discount=0.99))
+    """How they learn where actions are discrete."""
 
     def unused(self, env: Environment) -> set[str]:
         """The name of the section of the learner that does not suit the environment's actions."""
@@ -92,21 +97,25 @@ class ActorLearning:
     def __init__(
         self,
         env: Environment,
-        config: ActorLearningConfig,
+        config: Any,
         n_actors: int = 1,
         discounts: tuple[float, ...] | None = None,
         heads: int = 0,
     ):
         self.config = config
         self._env = env
-        self._rewards = rewards_summed(env, config.reward)
+        self._reward = LearnedReward(env, config.reward)
         self._discounts = discounts
         self.n_actors = len(discounts) if discounts else n_actors
         self._n_buffers = 1 if discounts else n_actors
-        self._learner = make_learner(
+        self._learner = self._make_learner(heads)
+        self.reserve(0)
+
+    def _make_learner(self, heads: int) -> Learner:
+        config, env = self.config, self._env
+        return make_learner(
             config.learner, config.dqn, env.observation_size, env.action_size, env.choices, heads
         )
-        self.reserve(0)
 
     def init(self, key: Key[Array, ""]) -> ActorLearningState:
         """Random actors, empty buffers."""
@@ -128,6 +137,12 @@ class ActorLearning:
         """The actors as they stand, without noise."""
         return ActorTeam(self.actors(state), self._env.n_agents, self._env.choices)
 
+    def explorers(self, key: Key[Array, ""], state: ActorLearningState, start: Start) -> Lineup:
+        """The actors in all worlds, with noise."""
+        del key  # Everybody has one actor.
+        noisy = NoisyTeam(self.team(state), self.config.exploration_noise, self._env.choices)
+        return Lineup.of_team(noisy, start)
+
     def learn(
         self, key: Key[Array, ""], state: ActorLearningState, trajectories: Trajectories
     ) -> tuple[ActorLearningState, dict[str, Array]]:
@@ -136,9 +151,8 @@ class ActorLearning:
         Returns:
             The new state, and metrics.
         """
-        experience = jax.vmap(self._buffer.add)(
-            state.experience, *self._by_buffer(*transitions_of(trajectories))
-        )
+        rows = self._by_buffer(*self._rows_of(trajectories))
+        experience = jax.vmap(self._buffer.add)(state.experience, *rows)
         learners, losses = train_learners(
             key, self._learner, state.learners, lambda k: self._draw(k, experience), self.config.updates
         )
@@ -169,19 +183,24 @@ class ActorLearning:
         each = math.prod(shape) // self._n_buffers
         keys = jax.random.split(key, self._n_buffers)
         drawn = jax.vmap(lambda held, k: self._buffer.sample(held, k, each))(experience, keys)
-        drawn = jax.tree.map(lambda leaf: leaf.reshape(*shape, *leaf.shape[2:]), drawn)
+        return self._batch(jax.tree.map(lambda leaf: leaf.reshape(*shape, *leaf.shape[2:]), drawn))
+
+    def _batch(self, drawn: Transitions) -> Batch:
         discount = None
         if self._discounts:
-            discount = jnp.broadcast_to(jnp.array(self._discounts)[:, None, None], shape)
-        ends = drawn.terminated * float(self.config.task_ends_value)
-        reward = self._reward(drawn)
-        return Batch(drawn.observation, drawn.action, reward, drawn.next_observation, ends, discount)
+            one_each = jnp.array(self._discounts)[:, None, None]
+            discount = jnp.broadcast_to(one_each, drawn.terminated.shape)
+        return Batch(
+            observation=drawn.observation,
+            action=drawn.action,
+            reward=self._reward(drawn.local_rewards, drawn.team_reward),
+            next_observation=drawn.next_observation,
+            terminated=drawn.terminated * float(self.config.task_ends_value),
+            discount=discount,
+        )
 
-    def _reward(self, drawn: Transitions) -> Float[Array, "actors delay batch"]:
-        """The one number of each transition that actors maximise."""
-        if self._rewards is None:
-            return drawn.team_reward
-        return drawn.local_rewards[..., self._rewards].sum(-1)
+    def _rows_of(self, trajectories: Trajectories) -> tuple[Transitions, Bool[Array, " items"]]:
+        return transitions_of(trajectories)
 
     def _by_buffer(
         self, transitions: Transitions, mask: Bool[Array, " items"]
@@ -193,32 +212,3 @@ class ActorLearning:
             return jnp.moveaxis(leaf.reshape(shape), 1, 0)
 
         return jax.tree.map(split, transitions), split(mask)
-
-
-def rewards_summed(env: Environment, reward: str) -> np.ndarray | None:
-    """Where the local rewards that make up a reward stand; None for the team's reward.
-
-    Raises:
-        UserError: an unknown name.
-    """
-    if reward == "team":
-        return None
-    if reward in CREDITS:
-        if reward not in env.skills:
-            raise UserError(
-                f"reward = {reward}: credits each agent for its part of the team's reward, which only td3, "
-                "ddpg and dqn learn from; use one of these, or another reward"
-            )
-        return np.array([env.skills.index(reward)])
-    if not env.skills and reward in ("local", "first"):
-        raise UserError(
-            f"reward = {reward}: {env.name} has no skills, and so no local rewards; give it some, or use "
-            "reward team in erl, cerl, td3 or ddpg"
-        )
-    if reward == "local":
-        return np.arange(len(env.skills))
-    names = reward.split("+")
-    for name in names:
-        if name not in env.skills:
-            raise unknown_name("reward", name, ("team", "local", *CREDITS, *env.skills))
-    return np.array([env.skills.index(name) for name in names])

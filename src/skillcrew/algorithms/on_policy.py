@@ -11,10 +11,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, Key
 
-from skillcrew.algorithms.actor_learning import rewards_summed
 from skillcrew.algorithms.algorithm import override
 from skillcrew.algorithms.skill_learning import SkillConfig, SkillLearning, SkillState
 from skillcrew.credit.difference import credited
+from skillcrew.credit.reward import LearnedReward
 from skillcrew.envs.environment import Environment
 from skillcrew.envs.padded import types_of_agents
 from skillcrew.errors import UserError, unknown_name
@@ -99,7 +99,7 @@ class OnPolicyTeam:
         self.config = override(self, config, overrides)
         self._skills = SkillLearning(env, self.config) if self.config.choose == "skills" else None
         self._lived_in = credited(env, self.config.reward)
-        self._rewards = rewards_summed(self._lived_in, self.config.reward)
+        self._reward = LearnedReward(self._lived_in, self.config.reward)
         self._options = self._decided_among()
         players = Players(env.n_agents, env.observation_size, self._options, types_of_agents(env))
         self._learner = self._make_learner(players)
@@ -198,9 +198,8 @@ class OnPolicyTeam:
 
     def _paid(self, lived: Trajectories) -> Float[Array, "time worlds agents"]:
         """The one number of each step that each agent maximises."""
-        if self._rewards is None:
-            return jnp.broadcast_to(lived.team_reward[..., None], lived.choice.shape)
-        return lived.local_rewards[..., self._rewards].sum(-1)
+        everybodys = jnp.broadcast_to(lived.team_reward[..., None], lived.choice.shape)
+        return self._reward(lived.local_rewards, everybodys)
 
     def _always(self, lived: Trajectories) -> Bool[Array, "time worlds agents"]:
         return jnp.ones(lived.choice.shape, bool)

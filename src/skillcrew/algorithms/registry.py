@@ -84,6 +84,14 @@ ALGORITHMS: dict[str, Listed] = {
         "independent:IndependentDQN",
         "Each agent learns by DQN on a reward of its own or the team's; for discrete actions.",
     ),
+    "maddpg": _ours(
+        "maddpg:MADDPG",
+        "Each agent's actor learns from a critic that sees all agents; nothing evolves.",
+    ),
+    "matd3": _ours(
+        "maddpg:MATD3",
+        "MADDPG with twin critics, actors that wait for them, and noise on target actions.",
+    ),
     "ippo": _ours(
         "ppo:IPPO",
         "Each agent learns by PPO from what it sees itself: actions, or which skill to use.",

@@ -262,7 +262,7 @@ def skill_indices(env: Environment, names: tuple[str, ...] | None) -> tuple[int,
     if not env.skills:
         raise UserError(
             f"{env.name} has no skills to select among; give it some, or use what needs none: ea, ccea, erl, "
-            "cerl, td3, ddpg, or ippo, mappo and liir with choose = actions"
+            "cerl, td3, ddpg, maddpg, matd3, or ippo, mappo and liir with choose = actions"
         )
     names = env.skills if names is None else names
     if not names:

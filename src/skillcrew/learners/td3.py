@@ -100,6 +100,9 @@ class TD3:
         critics = jax.vmap(lambda k: Critic.create(k, *self._sizes, self.config.network))(
             jax.random.split(key_critics, self.config.critics)
         )
+        return self._begin(actor, critics)
+
+    def _begin(self, actor: Actor, critics: Critic) -> TD3State:
         # Copies, so that outside jit too every leaf has memory of its own and may be donated.
         return TD3State(
             actor=actor,
@@ -126,52 +129,70 @@ class TD3:
             batch, key = inputs
             return self._update_critics(state, batch, key)
 
-        keys = jax.random.split(key, self.config.policy_delay)
-        state, critic_losses = jax.lax.scan(one_batch, state, (batches, keys))
+        keys = jax.random.split(key, self.config.policy_delay + 1)
+        state, critic_losses = jax.lax.scan(one_batch, state, (batches, keys[:-1]))
         last = jax.tree.map(lambda leaf: leaf[-1], batches)
-        state, actor_loss = self._update_actor(state, last)
+        state, actor_loss = self._update_actor(state, last, keys[-1])
         return self._update_targets(state), {"critic_loss": critic_losses.mean(), "actor_loss": actor_loss}
 
-    def target_values(self, state: TD3State, batch: Batch, key: Key[Array, ""]) -> Float[Array, " batch"]:
+    def target_values(
+        self, state: TD3State, batch: Batch, key: Key[Array, ""]
+    ) -> Float[Array, "batch *agents"]:
         """Y = r + γ (1 - terminated) min_j Q'_j(s', clip(μ'(s') + clipped noise)) (eq. 3.1)."""
-        config = self.config
-        action = jax.vmap(state.target_actor)(batch.next_observation)
-        if config.target_noise:
-            noise = config.target_noise * jax.random.normal(key, action.shape)
-            noise = jnp.clip(noise, -config.target_noise_clip, config.target_noise_clip)
-            action = jnp.clip(action + noise, -1.0, 1.0)
-        smallest = _values(state.target_critics, batch.next_observation, action).min(0)
-        discount = config.discount if batch.discount is None else batch.discount
+        action = self._next_action(state.target_actor, batch, key)
+        smallest = self._values(state.target_critics, batch.next_observation, action).min(0)
+        discount = self.config.discount if batch.discount is None else batch.discount
         return batch.reward + discount * (1 - batch.terminated) * smallest
+
+    def _next_action(
+        self, target_actor: Actor, batch: Batch, key: Key[Array, ""]
+    ) -> Float[Array, "batch *agents act"]:
+        """What the target actor does next, with noise."""
+        return self._smoothed(jax.vmap(target_actor)(batch.next_observation), key)
+
+    def _smoothed(self, action: Float[Array, "*any"], key: Key[Array, ""]) -> Float[Array, "*any"]:
+        config = self.config
+        if not config.target_noise:
+            return action
+        noise = config.target_noise * jax.random.normal(key, action.shape)
+        noise = jnp.clip(noise, -config.target_noise_clip, config.target_noise_clip)
+        return jnp.clip(action + noise, -1.0, 1.0)
 
     def _update_critics(self, state: TD3State, batch: Batch, key: Key[Array, ""]) -> tuple[TD3State, Array]:
         """One step on the mean square Bellman error of each critic (eq. 3.2)."""
         targets = self.target_values(state, batch, key)
 
         def bellman_error(critics):
-            errors = _values(critics, batch.observation, batch.action) - targets[None]
+            errors = self._values(critics, batch.observation, batch.action) - targets[None]
             return (errors**2).mean(1).sum()
 
         loss, gradient = jax.value_and_grad(bellman_error)(state.critics)
         step, optimiser = self._critic_optimiser.update(gradient, state.critic_optimiser)
         critics = optax.apply_updates(state.critics, step)
-        return dataclasses.replace(
-            state, critics=critics, critic_optimiser=optimiser
-        ), loss / self.config.critics
+        values = self.config.critics * targets[0].size
+        return dataclasses.replace(state, critics=critics, critic_optimiser=optimiser), loss / values
 
-    def _update_actor(self, state: TD3State, batch: Batch) -> tuple[TD3State, Array]:
+    def _update_actor(self, state: TD3State, batch: Batch, key: Key[Array, ""]) -> tuple[TD3State, Array]:
         """One step up the first critic's value of the actor's own action (eq. 3.3)."""
         first = jax.tree.map(lambda leaf: leaf[0], state.critics)
 
-        def negative_value(actor):
-            unbounded = jax.vmap(actor.before_squashing)(batch.observation)
-            value = jax.vmap(first)(batch.observation, jnp.tanh(unbounded)).mean()
-            return self.config.saturation_penalty * (unbounded**2).mean() - value
+        def negative_values(actor):
+            losses = self._negative_values(actor, first, batch, key)
+            return losses.sum(), losses.mean()
 
-        loss, gradient = jax.value_and_grad(negative_value)(state.actor)
+        gradient, loss = jax.grad(negative_values, has_aux=True)(state.actor)
         step, optimiser = self._actor_optimiser.update(gradient, state.actor_optimiser)
         actor = optax.apply_updates(state.actor, step)
         return dataclasses.replace(state, actor=actor, actor_optimiser=optimiser), loss
+
+    def _negative_values(
+        self, actor: Actor, critic: Critic, batch: Batch, key: Key[Array, ""]
+    ) -> Float[Array, "*agents"]:
+        """What the actor descends on: minus the mean value of what it would do, and its penalty."""
+        del key  # Nothing is drawn.
+        unbounded = jax.vmap(actor.before_squashing)(batch.observation)
+        value = jax.vmap(critic)(batch.observation, jnp.tanh(unbounded)).mean()
+        return self.config.saturation_penalty * (unbounded**2).mean() - value
 
     def _update_targets(self, state: TD3State) -> TD3State:
         """θ' ← τ θ + (1 - τ) θ' for actor and critics (eq. 3.4)."""
@@ -182,9 +203,11 @@ class TD3:
             target_critics=optax.incremental_update(state.critics, state.target_critics, follow),
         )
 
-
-def _values(
-    critics: Critic, observation: Float[Array, "batch obs"], action: Float[Array, "batch act"]
-) -> Float[Array, "critics batch"]:
-    """Q_j(s, a) of every critic."""
-    return jax.vmap(lambda critic: jax.vmap(critic)(observation, action))(critics)
+    def _values(
+        self,
+        critics: Critic,
+        observation: Float[Array, "batch *agents obs"],
+        action: Float[Array, "batch *agents act"],
+    ) -> Float[Array, "critics batch *agents"]:
+        """Q_j(s, a) of every critic."""
+        return jax.vmap(lambda critic: jax.vmap(critic)(observation, action))(critics)

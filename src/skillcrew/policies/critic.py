@@ -16,11 +16,27 @@ class Critic(eqx.Module):
 
     @classmethod
     def create(
-        cls, key: Key[Array, ""], observation_size: int, action_size: int, config: NetworkConfig
+        cls,
+        key: Key[Array, ""],
+        observation_size: int,
+        action_size: int,
+        config: NetworkConfig,
+        values: int = 1,
     ) -> "Critic":
-        sizes = (observation_size + action_size, *config.hidden, 1)
+        """Draws a critic.
+
+        Args:
+            values: how many returns it expects at once, such as those of all agents.
+        """
+        sizes = (observation_size + action_size, *config.hidden, values)
         return cls(MLP.create(key, sizes), config.scaling)
 
     def __call__(self, observation: Float[Array, " obs"], action: Float[Array, " act"]) -> Float[Array, ""]:
+        return self.values(observation, action)[0]
+
+    def values(
+        self, observation: Float[Array, " obs"], action: Float[Array, " act"]
+    ) -> Float[Array, " values"]:
+        """All of them."""
         inputs = jnp.concatenate([scale_input(observation, self.input_scaling), action])
-        return self.network(inputs)[0]
+        return self.network(inputs)
