@@ -77,7 +77,8 @@ def test_algorithms_are_found_by_name() -> None:
     assert algorithm_class("madys") is MADyS
     assert isinstance(make_algorithm("madys", ENV), MADyS)
     evolving = {"madys", "madys-plus", "madys-es", "open-loop", "mfl", "ea", "ccea", "merl", "erl", "cerl"}
-    assert set(ALGORITHMS) == evolving | {"td3", "ddpg", "dqn", "maddpg", "matd3"}
+    learning = {"td3", "ddpg", "dqn", "maddpg", "matd3", "ippo", "mappo", "coma", "liir"}
+    assert set(ALGORITHMS) == evolving | learning
     kinds = {name: listed.load() for name, listed in ALGORITHMS.items()}
     assert all(kind.name == name for name, kind in kinds.items())
     assert len({kind.label for kind in kinds.values()}) == len(kinds), "legends must tell them apart"
@@ -103,3 +104,9 @@ def test_a_network_may_say_otherwise_than_the_environment() -> None:
         "none",
         "symlog",
     )
+
+
+@pytest.mark.parametrize("name", ["team", "D", "D++"])
+def test_a_skill_does_not_learn_on_the_teams_reward(name):
+    with pytest.raises(sc.UserError, match=r"a skill learns on a local reward, and .* is the team's"):
+        sc.MADyS(sc.make("rover-t2-c2"), skills=("go_to_poi_A", name))

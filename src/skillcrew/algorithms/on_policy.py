@@ -140,13 +140,13 @@ class OnPolicyTeam:
         return self._team(state, jnp.zeros(()), self.config.greedy)
 
     def transient_bytes(self) -> int:
-        """What a generation takes beside the state: what was lived, and what networks made of it."""
-        config = self.config
-        made = 6 * sum(
-            (*config.policy.hidden, *config.critic.hidden, config.policy.memory, config.critic.memory)
-        )
-        seen = 3 * self.env.n_agents * self.env.observation_size
-        needed = 4 * most_transitions(self.env, config.episodes) * (made + seen)
+        """What a generation takes beside the state: what was lived, and what networks make of a minibatch."""
+        config, env = self.config, self.env
+        units = (sum(network.hidden) + network.memory for network in (config.policy, config.critic))
+        made = 6 * sum(units) // self._learner.config.minibatches
+        # Critics may see what all agents see, twice over while minibatches are dealt out.
+        seen = (4 + 2 * env.n_agents) * env.observation_size
+        needed = 4 * most_transitions(env, config.episodes) * (made + seen)
         if not self._skills:
             return needed
         return needed + self._skills.transient_bytes(config.episodes + self._skills.probe_worlds)

@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Float, Int, Key
 
 from skillcrew.algorithms.repertoire import Repertoire
 from skillcrew.algorithms.skill_training import train_skills
+from skillcrew.credit.difference import CREDITS
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.learners.dqn import DQNConfig
@@ -268,6 +269,11 @@ def skill_indices(env: Environment, names: tuple[str, ...] | None) -> tuple[int,
     if not names:
         raise UserError("skills = (): give at least one of " + ", ".join(env.skills))
     for name in names:
+        if name in ("team", *CREDITS) and name not in env.skills:
+            raise UserError(
+                f"skills = {tuple(names)}: a skill learns on a local reward, and {name} is the team's, which "
+                "selects among skills; leave it out"
+            )
         if name not in env.skills:
             raise unknown_name(f"skill of {env.name}", name, env.skills)
     if len(set(names)) != len(names):
