@@ -11,7 +11,7 @@ import argparse
 import dataclasses
 import statistics
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -45,86 +45,94 @@ over agents, of episodes lived while it learns: the mean over the last tenth of 
 
 
 @dataclasses.dataclass(frozen=True)
-class Outcome:
-    """One seed's training."""
+class Side:
+    """One method, made ready to train seeds for so many steps."""
 
-    returns: np.ndarray
-    """Of each update."""
+    train: Callable[[jax.Array], Any]
+    """Of a seed's key."""
+    key: Callable[[int], jax.Array]
+    returns: Callable[[Any], np.ndarray]
+    """Of each update, of what training gives."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcomes:
+    """What came out."""
+
+    returns: list[np.ndarray]
+    """Each seed's, of each update."""
     compiling: float
-    seconds: float
+    seconds: list[float]
 
 
-def theirs(checkout: Path, file: str, settings: str) -> Callable[[int, float], Outcome]:
-    """JaxMARL's own training of a seed for so many steps."""
+def theirs(checkout: Path, steps: float, file: str, settings: str) -> Side:
+    """JaxMARL's own."""
     place = Path(file)
     baseline = jaxmarl_baseline.load(checkout, place)
     own = jaxmarl_baseline.settings(checkout, place.parent / "config" / settings)
     baseline.wandb.init(mode="disabled")
+    train = baseline.make_train(own | {"ENV_NAME": TASK, "TOTAL_TIMESTEPS": int(steps)})
 
-    def train(seed: int, steps: float) -> Outcome:
-        config = own | {"ENV_NAME": TASK, "TOTAL_TIMESTEPS": int(steps)}
-        found, compiling, seconds = timed(baseline.make_train(config), jax.random.PRNGKey(seed))
-        returns = np.asarray(found["metrics"]["returned_episode_returns"])
-        return Outcome(returns.reshape(len(returns), -1).mean(1), compiling, seconds)
+    def returns(found: Any) -> np.ndarray:
+        of_updates = np.asarray(found["metrics"]["returned_episode_returns"])
+        return of_updates.reshape(len(of_updates), -1).mean(1)
 
-    return train
-
-
-def ours(name: str, **fields: Any) -> Callable[[int, float], Outcome]:
-    """Our training of a seed for so many steps."""
-    env = sc.make(f"jaxmarl:{TASK}", team_reward="sum")
-    kind: Any = {"ippo": sc.IPPO, "mappo": sc.MAPPO}[name]
-    algorithm = kind(env, reward="own_reward", **fields)
-
-    def train(seed: int, steps: float) -> Outcome:
-        generations = int(steps) // (algorithm.config.episodes * env.episode_length)
-
-        def run(key: jax.Array) -> Any:
-            start = algorithm.init(key)
-            return jax.lax.scan(lambda state, _: algorithm.step(state), start, length=generations)[1]
-
-        metrics, compiling, seconds = timed(run, jax.random.key(seed))
-        return Outcome(np.asarray(metrics["fitness_mean"]), compiling, seconds)
-
-    return train
+    return Side(train, jax.random.PRNGKey, returns)
 
 
-def timed(run: Callable[[jax.Array], Any], key: jax.Array) -> tuple[Any, float, float]:
-    """What it gives, and the seconds of the processor that compiling and running took."""
-    began = time.process_time()
-    compiled = jax.jit(run).lower(key).compile()
-    between = time.process_time()
-    found = jax.block_until_ready(compiled(key))
-    return found, between - began, time.process_time() - between
+def ours(steps: float, kind: Any, **fields: Any) -> Side:
+    """Ours, each agent paid its own reward as theirs are."""
+    algorithm = kind(sc.make(f"jaxmarl:{TASK}", team_reward="sum"), reward="own_reward", **fields)
+    generations = int(steps) // (algorithm.config.episodes * algorithm.env.episode_length)
+
+    def train(key: jax.Array) -> Any:
+        start = algorithm.init(key)
+        return jax.lax.scan(lambda state, _: algorithm.step(state), start, length=generations)[1]
+
+    return Side(train, jax.random.key, lambda metrics: np.asarray(metrics["fitness_mean"]))
 
 
-def sides(checkout: Path) -> Iterator[tuple[str, Callable[[], Callable[[int, float], Outcome]]]]:
-    """Each row's title, and what makes its training."""
-    recurrent = {"policy": RECURRENT, "critic": RECURRENT}
+def sides(checkout: Path, steps: float) -> dict[str, Callable[[], Side]]:
+    """Each row's title, and what makes it ready."""
     ff = "baselines/IPPO/ippo_ff_mpe.py", "ippo_ff_mpe.yaml"
     rnn = "baselines/MAPPO/mappo_rnn_mpe.py", "mappo_homogenous_rnn_mpe.yaml"
-    yield "JaxMARL's IPPO, feed-forward", lambda: theirs(checkout, *ff)
-    yield "our IPPO", lambda: ours("ippo")
-    yield "our MAPPO", lambda: ours("mappo")
-    yield "JaxMARL's MAPPO, GRU of 128", lambda: theirs(checkout, *rnn)
-    yield "our MAPPO, GRU of 128", lambda: ours("mappo", **recurrent)
+    recurrent = {"policy": RECURRENT, "critic": RECURRENT}
+    return {
+        "JaxMARL's IPPO, feed-forward": lambda: theirs(checkout, steps, *ff),
+        "our IPPO": lambda: ours(steps, sc.IPPO),
+        "our MAPPO": lambda: ours(steps, sc.MAPPO),
+        "JaxMARL's MAPPO, GRU of 128": lambda: theirs(checkout, steps, *rnn),
+        "our MAPPO, GRU of 128": lambda: ours(steps, sc.MAPPO, **recurrent),
+    }
 
 
-def row(outcomes: list[Outcome], steps: float) -> str:
+def trained(side: Side, seeds: int) -> Outcomes:
+    """Trains one seed after the other; seconds are the processor's."""
+    began = time.process_time()
+    compiled = jax.jit(side.train).lower(side.key(0)).compile()
+    compiling, returns, seconds = time.process_time() - began, [], []
+    for seed in range(seeds):
+        began = time.process_time()
+        found = jax.block_until_ready(compiled(side.key(seed)))
+        seconds.append(time.process_time() - began)
+        returns.append(side.returns(found))
+    return Outcomes(returns, compiling, seconds)
+
+
+def row(outcomes: Outcomes, steps: float) -> str:
     """Cells of a row."""
-    tenth = max(1, len(outcomes[0].returns) // 10)
-    last = [float(outcome.returns[-tenth:].mean()) for outcome in outcomes]
-    first = statistics.mean(float(outcome.returns[:tenth].mean()) for outcome in outcomes)
+    tenth = max(1, len(outcomes.returns[0]) // 10)
+    last = [float(returns[-tenth:].mean()) for returns in outcomes.returns]
+    first = statistics.mean(float(returns[:tenth].mean()) for returns in outcomes.returns)
     over_seeds = seed_interval(np.array(last), -np.inf, np.inf)
-    seconds = statistics.mean(outcome.seconds for outcome in outcomes)
-    compiling = statistics.mean(outcome.compiling for outcome in outcomes)
+    seconds = statistics.mean(outcomes.seconds)
     cells = [
         f"{first:.2f}",
         " ".join(f"{value:.2f}" for value in last),
         f"{over_seeds.mean:.2f} [{over_seeds.low:.2f}, {over_seeds.high:.2f}]",
         f"{seconds:.0f}",
         f"{steps / seconds:,.0f}",
-        f"{compiling:.0f} s",
+        f"{outcomes.compiling:.0f} s",
     ]
     return " | ".join(cells)
 
@@ -147,11 +155,9 @@ def main() -> None:
     commit = jaxmarl_baseline.commit(arguments.checkout)
     installed = software(versions(PACKAGES))
     say(HEAD.format(**says, machine=cpu_model(), software=installed, commit=commit))
-    for title, make in sides(arguments.checkout):
+    for title, make in sides(arguments.checkout, arguments.steps).items():
         if arguments.only in title:
-            train = make()
-            outcomes = [train(seed, arguments.steps) for seed in range(arguments.seeds)]
-            say(f"| {title} | {row(outcomes, arguments.steps)} |")
+            say(f"| {title} | {row(trained(make(), arguments.seeds), arguments.steps)} |")
     if not arguments.only:
         PAGE.write_text("\n".join(page) + "\n")
 
