@@ -39,4 +39,6 @@ def _along(
 
         nothing = jnp.zeros((inputs.shape[1], unit.hidden_size), inputs.dtype)
         seen = jnp.concatenate([seen, jax.lax.scan(one_step, nothing, seen)[1]], axis=-1)
-    return jax.vmap(jax.vmap(network.network))(seen)
+    # As the rows of one matrix: XLA is slower where a gradient sums over time and batch apart.
+    outputs = jax.vmap(network.network)(seen.reshape(-1, seen.shape[-1]))
+    return outputs.reshape(*seen.shape[:2], -1)
