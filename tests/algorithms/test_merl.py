@@ -169,9 +169,14 @@ def test_coevolution_evolves_the_teams_when_it_is_asked_to() -> None:
 
 
 def test_the_first_skill_is_learned_unless_another_reward_is_named() -> None:
-    assert sc.MERL(Aiming())._migration._learning._rewards.tolist() == [0]
-    assert sc.MERL(Aiming(), reward="common")._migration._learning._rewards.tolist() == [1]
-    assert sc.MERL(Aiming(), reward="common+own")._migration._learning._rewards.tolist() == [1, 0]
+    local, team = jnp.array([[3.0, 5.0]]), jnp.array([7.0])
+
+    def learned(**fields: str) -> float:
+        return float(sc.MERL(Aiming(), **fields)._migration._learning._reward(local, team)[0])
+
+    assert learned() == 3
+    assert learned(reward="common") == 5
+    assert learned(reward="common+own") == 8
 
 
 @pytest.mark.parametrize(
