@@ -17,7 +17,7 @@ from oracles.refusals import refusal, unhooked
 from oracles.toy import Toy
 from skillcrew.algorithms import joint_learning
 from skillcrew.policies.network import NetworkConfig
-from skillcrew.rollout import Start, rollout
+from skillcrew.rollout import Start, Trajectories, rollout
 
 NOBODY = "unknown critic_sharing 'everyone'; valid, nearest first: agent, team"
 
@@ -60,12 +60,22 @@ def test_agents_agree_on_discrete_actions() -> None:
     np.testing.assert_array_equal(act(seen), BEST)
 
 
+def explored(algorithm: Any, state: Any, worlds: int) -> Trajectories:
+    """What its explorers live."""
+
+    @jax.jit
+    def live(state: Any) -> Trajectories:
+        start = Start.draw(algorithm.env, jax.random.key(1), worlds)
+        lineup = algorithm._actors.explorers(jax.random.key(2), state.actors, start)
+        return rollout(algorithm.env, lineup, jax.random.key(3))[1]
+
+    return live(state)
+
+
 def test_in_each_episode_one_policy_of_each_agent_acts() -> None:
     algorithm = sc.MADDPG(Aiming(), ensemble=3, exploration_noise=0.0, learner=sc.MADDPGLearnerConfig())
-    state = algorithm.init(jax.random.key(0))
-    start = Start.draw(Aiming(), jax.random.key(1), 40)
-    lineup = algorithm._actors.explorers(jax.random.key(2), state.actors, start)
-    _, lived = jax.jit(lambda key: rollout(Aiming(), lineup, key))(jax.random.key(3))
+    state = jax.jit(algorithm.init)(jax.random.key(0))
+    lived = explored(algorithm, state, 40)
     np.testing.assert_array_equal(lived.choice[0], lived.choice[1])
     together = {tuple(row) for row in np.asarray(lived.choice[0])}
     assert {policy for row in together for policy in row} == {0, 1, 2}
@@ -86,10 +96,8 @@ def test_in_each_episode_one_policy_of_each_agent_acts() -> None:
 def test_discrete_explorers_act_by_their_chances_and_now_and_then_at_random() -> None:
     for noise, rest in ((0.0, 0.0), (0.4, 0.4)):
         algorithm = sc.MADDPG(Matching(), exploration_noise=noise)
-        state = algorithm.init(jax.random.key(5))
-        start = Start.draw(Matching(), jax.random.key(1), 6000)
-        lineup = algorithm._actors.explorers(jax.random.key(2), state.actors, start)
-        _, lived = jax.jit(lambda key, lineup=lineup: rollout(Matching(), lineup, key))(jax.random.key(3))
+        state = jax.jit(algorithm.init)(jax.random.key(5))
+        lived = explored(algorithm, state, 6000)
         blind = jax.tree.map(lambda leaf: leaf[0, 1, 0], state.actors.learners.actor)
         chances = jax.nn.softmax(blind.before_squashing(jnp.zeros(CHOICES)))
         expected = (1 - rest) * chances + rest / CHOICES
@@ -101,10 +109,7 @@ def test_a_row_is_a_step_of_the_whole_team(reward: str) -> None:
     env = Toy()
     algorithm = sc.MADDPG(env, reward=reward, ensemble=2, task_ends_value=True)
     learning = algorithm._actors
-    state = algorithm.init(jax.random.key(0))
-    start = Start.draw(env, jax.random.key(1), 8)
-    lineup = learning.explorers(jax.random.key(2), state.actors, start)
-    _, lived = jax.jit(lambda key: rollout(env, lineup, key))(jax.random.key(3))
+    lived = explored(algorithm, jax.jit(algorithm.init)(jax.random.key(0)), 8)
     rows, mask = learning._rows_of(lived)
     batch = jax.device_get(learning._batch(rows))
     lived, number = jax.device_get(lived), 0

@@ -30,11 +30,11 @@ def test_the_outer_gradient_is_that_of_finite_differences() -> None:
             lambda leaf: leaf.astype(jnp.float64) if jnp.issubdtype(leaf.dtype, jnp.floating) else leaf,
             oracle.lived(0),
         )
-        state = learning.init(jax.random.key(0))
+        state, update = jax.jit(learning.init)(jax.random.key(0)), jax.jit(learning.update)
         # A few steps first: Adam's very first one does not depend on the gradient's size.
         for key in jax.random.split(jax.random.key(1), 3):
-            state, _ = learning.update(state, experience, key)
-        lived = learning._judged(state, experience)
+            state, _ = update(state, experience, key)
+        lived = jax.jit(learning._judged)(state, experience)
         flat, restore = jax.flatten_util.ravel_pytree(state.intrinsic)
 
         @jax.jit
