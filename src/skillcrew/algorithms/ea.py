@@ -11,6 +11,7 @@ from jaxtyping import Array, Int, Key
 from skillcrew.algorithms.algorithm import ActsDirectly, override
 from skillcrew.algorithms.team_search import SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
+from skillcrew.envs.padded import types_of_agents
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, dealt_out
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.team import ActorTeam
@@ -93,7 +94,7 @@ class EA(ActsDirectly):
         return 4 * self._search.worlds * self.env.n_agents * width
 
     def _make_team(self, actors: MemoryNetwork) -> ActorTeam:
-        actors = dealt_out(actors, self.env, self.config.actor)
+        actors = dealt_out(actors, types_of_agents(self.env), self.config.actor)
         return ActorTeam(actors, self.env.n_agents, self.env.choices)
 
     def _create_actor(self, key: Key[Array, ""]) -> MemoryNetwork:

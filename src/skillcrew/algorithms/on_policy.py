@@ -156,7 +156,7 @@ class OnPolicyTeam:
 
     def _team(self, state: OnPolicyTeamState, floor: Float[Array, ""], greedy: bool) -> StochasticTeam:
         return StochasticTeam(
-            dealt_out(state.learner.policies, self.env, self.config.policy),
+            dealt_out(state.learner.policies, types_of_agents(self.env), self.config.policy),
             None if state.skills is None else state.skills.in_use(),
             floor,
             self._options,

@@ -14,6 +14,7 @@ from skillcrew.algorithms.algorithm import override
 from skillcrew.algorithms.skill_learning import SkillConfig, SkillLearning, SkillState
 from skillcrew.algorithms.team_search import SearchConfig, TeamSearch
 from skillcrew.envs.environment import Environment
+from skillcrew.envs.padded import types_of_agents
 from skillcrew.evolution.phases import PhaseVariation
 from skillcrew.policies.dispatch import Skills
 from skillcrew.policies.memory import dealt_out
@@ -99,7 +100,7 @@ class SkillTeams:
     def _team_of(self, selectors: AnySelector, skills: Skills) -> SkillTeam:
         """The team of such selectors and skills."""
         repertoire = self._skills.repertoire
-        selectors = dealt_out(selectors, self.env, self.config.selector)
+        selectors = dealt_out(selectors, types_of_agents(self.env), self.config.selector)
         return SkillTeam(selectors, skills, self.env.n_agents, repertoire.of_agents if repertoire else ())
 
     def _live(

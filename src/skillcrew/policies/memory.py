@@ -11,7 +11,6 @@ import numpy as np
 from jaxtyping import Array, Float, Key, PyTree
 
 from skillcrew.envs.environment import Environment, ObservationScaling
-from skillcrew.envs.padded import types_of_agents
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.policies.action_values import ActionValues
 from skillcrew.policies.actor import Actor
@@ -111,12 +110,15 @@ def initial_memories(networks: Remembers, n_agents: int) -> Float[Array, "agents
     return jnp.broadcast_to(memories, (n_agents, memories.shape[1]))
 
 
-def dealt_out(networks: PyTree, env: Environment, config: PolicyConfig) -> PyTree:
-    """A team's networks, of each type of agents one, as one for each agent; any others as they are."""
-    if config.sharing == "agent" or not env.types:
+def dealt_out(networks: PyTree, types: tuple[int, ...], config: PolicyConfig) -> PyTree:
+    """A team's networks, of each type of agents one, as one for each agent; any others as they are.
+
+    Args:
+        types: the index of each agent's type; empty where agents are alike.
+    """
+    if config.sharing == "agent" or not types:
         return networks
-    owners = np.array(types_of_agents(env))
-    return jax.tree.map(lambda leaf: leaf[owners], networks)
+    return jax.tree.map(lambda leaf: leaf[np.array(types)], networks)
 
 
 def for_each_agent(function: Callable[..., Any], networks: PyTree, *inputs: Array) -> Any:

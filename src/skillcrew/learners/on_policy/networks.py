@@ -5,12 +5,11 @@ from typing import Literal
 
 import jax
 import jax.numpy as jnp
-import numpy as np
-from jaxtyping import Array, Float, Key, PyTree
+from jaxtyping import Array, Float, Key
 
 from skillcrew.learners.on_policy.unroll import unrolled
 from skillcrew.policies.distributions import Distribution
-from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
+from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, dealt_out
 from skillcrew.policies.orthogonal import begun_orthogonally
 from skillcrew.policies.stochastic import Options, StochasticPolicy
 
@@ -31,12 +30,6 @@ class Players:
     def networks(self, config: PolicyConfig) -> int:
         """How many networks they have, of their own or shared."""
         return self.n_agents if config.sharing == "agent" else len(set(self.types)) or 1
-
-    def dealt_out(self, networks: PyTree, config: PolicyConfig) -> PyTree:
-        """One network for each agent where types share theirs; any others as they are."""
-        if config.sharing == "agent" or not self.types:
-            return networks
-        return jax.tree.map(lambda leaf: leaf[np.array(self.types)], networks)
 
     def seen_by_critics(
         self, observation: Float[Array, "time worlds agents obs"], view: View
@@ -76,7 +69,7 @@ class Policies:
         self, policies: StochasticPolicy, observation: Float[Array, "time worlds agents obs"]
     ) -> Distribution:
         """What each agent draws from at every step."""
-        dealt = self._players.dealt_out(policies, self._config)
+        dealt = dealt_out(policies, self._players.types, self._config)
         outputs = unrolled(dealt.network, observation)
         if dealt.log_deviation is not None:
             deviation = jnp.broadcast_to(dealt.log_deviation, outputs.shape)
@@ -118,7 +111,7 @@ class Critics:
         seen = self._players.seen_by_critics(observation, self._view)
         if extra is not None:
             seen = jnp.concatenate([seen, extra], axis=-1)
-        return unrolled(self._players.dealt_out(critics, self._config), seen)
+        return unrolled(dealt_out(critics, self._players.types, self._config), seen)
 
     def values(
         self,
