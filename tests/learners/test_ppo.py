@@ -49,7 +49,7 @@ def test_the_clipped_objective_is_the_papers(players: Players) -> None:
     lived = dataclasses.replace(lived, log_probability=lived.log_probability + shift)
     loss, entropy = learning._policy_loss(state.policies, lived)
 
-    now, spread = (np.asarray(each) for each in learning._log_probability(state.policies, experience))
+    now, spread = (np.asarray(each) for each in learning._policies.of_taken(state.policies, experience))
     ratio = np.exp(now - np.asarray(lived.log_probability))
     advantage, decides = np.asarray(lived.advantage), np.asarray(experience.decides)
     gained, outside = [], 0
@@ -126,8 +126,8 @@ def test_probabilities_do_not_move_farther_than_the_clip_lets_them() -> None:
     def moved(clip: float) -> float:
         learning = learner(clip=clip, epochs=40, minibatches=1, learning_rate=3e-3, entropy=0.0)
         state, first = trained(learning, experience), programs(learning)[0](jax.random.key(0))
-        before = learning._log_probability(first.policies, experience)[0]
-        ratio = jnp.exp(learning._log_probability(state.policies, experience)[0] - before)
+        before = learning._policies.of_taken(first.policies, experience)[0]
+        ratio = jnp.exp(learning._policies.of_taken(state.policies, experience)[0] - before)
         return float(jnp.abs(jnp.where(experience.decides, ratio - 1, 0.0)).mean())
 
     assert moved(0.05) < 0.5 * moved(10.0)

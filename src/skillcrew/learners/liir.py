@@ -152,7 +152,7 @@ class LIIR:
         advantage = standardised(self._advantages(reward, lived.proxy_value, experience), experience.decides)
 
         def loss_of(policies: StochasticPolicy) -> tuple[Array, Array]:
-            log_probability, entropy = self._log_probability(policies, experience)
+            log_probability, entropy = self._policies.of_taken(policies, experience)
             spread = mean_where(entropy, experience.decides)
             gained = mean_where(log_probability * advantage, experience.decides)
             return -gained - self.config.entropy * spread, spread
@@ -166,7 +166,7 @@ class LIIR:
 
         The mean of ρ A over what was done, with ρ the ratio of its probabilities after and before the step.
         """
-        log_probability, _ = self._log_probability(policies, lived.experience)
+        log_probability, _ = self._policies.of_taken(policies, lived.experience)
         ratio = jnp.exp(log_probability - lived.log_probability)
         return mean_where(ratio * lived.team_advantage, lived.experience.decides)
 
@@ -179,7 +179,7 @@ class LIIR:
         proxy_advantage = self._advantages(reward, proxy_value, experience)
         return _Lived(
             experience,
-            self._log_probability(state.policies, experience)[0],
+            self._policies.of_taken(state.policies, experience)[0],
             proxy_value,
             standardised(team_advantage, experience.decides),
             team_advantage + team_value[:-1],
@@ -191,10 +191,6 @@ class LIIR:
         return advantages(
             reward, value, experience.terminated, experience.mask, config.discount, config.trace
         )
-
-    def _log_probability(self, policies: StochasticPolicy, experience: Experience) -> tuple[Array, Array]:
-        distribution = self._policies.distributions(policies, experience.observation[:-1])
-        return distribution.log_probability(experience.taken), distribution.entropy()
 
     def _both_levels(self, state: LIIRState, lived: _Lived) -> tuple[LIIRState, dict[str, Array]]:
         """One step of the policies, and one of the intrinsic rewards through it."""

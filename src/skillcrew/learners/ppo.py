@@ -127,18 +127,13 @@ class PPO:
             state = dataclasses.replace(state, scale=state.scale.observe(target, counts))
         lived = _Lived(
             experience,
-            self._log_probability(state.policies, experience)[0],
+            self._policies.of_taken(state.policies, experience)[0],
             # On the scale of now, so that the bound of `value_clip` is one on what critics learn.
             state.scale.normalised(value[:-1]),
             standardised(advantage, experience.decides),
             state.scale.normalised(target),
         )
         return state, lived
-
-    def _log_probability(self, policies: StochasticPolicy, experience: Experience) -> tuple[Array, Array]:
-        """Of what was taken; and the policies' entropies."""
-        distribution = self._policies.distributions(policies, experience.observation[:-1])
-        return distribution.log_probability(experience.taken), distribution.entropy()
 
     def _step(self, state: PPOState, lived: _Lived) -> tuple[PPOState, dict[str, Array]]:
         """One step of policies and critics on a minibatch."""
@@ -159,7 +154,7 @@ class PPO:
 
     def _policy_loss(self, policies: StochasticPolicy, lived: _Lived) -> tuple[Array, Array]:
         """-min(ρ A, clip(ρ, 1 - ε, 1 + ε) A), less the entropy; of the steps at which there was a choice."""
-        log_probability, entropy = self._log_probability(policies, lived.experience)
+        log_probability, entropy = self._policies.of_taken(policies, lived.experience)
         # An action that has become so much likelier is beyond any clip, and its ratio is not to be infinite.
         ratio = jnp.exp(jnp.minimum(log_probability - lived.log_probability, 20.0))
         bounded = jnp.clip(ratio, 1 - self.config.clip, 1 + self.config.clip)

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Key
 
+from skillcrew.learners.on_policy.experience import Experience
 from skillcrew.learners.on_policy.unroll import unrolled
 from skillcrew.policies.distributions import Distribution
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, dealt_out
@@ -70,11 +71,15 @@ class Policies:
     ) -> Distribution:
         """What each agent draws from at every step."""
         dealt = dealt_out(policies, self._players.types, self._config)
-        outputs = unrolled(dealt.network, observation)
-        if dealt.log_deviation is not None:
-            deviation = jnp.broadcast_to(dealt.log_deviation, outputs.shape)
-            outputs = jnp.concatenate([outputs, deviation], axis=-1)
+        outputs = dealt.with_deviation(unrolled(dealt.network, observation))
         return self._players.options.distribution(outputs)
+
+    def of_taken(
+        self, policies: StochasticPolicy, experience: Experience
+    ) -> tuple[Float[Array, "time worlds agents"], Float[Array, "time worlds agents"]]:
+        """The log-probability of what was done at every step, and the entropy there, in nats."""
+        distribution = self.distributions(policies, experience.observation[:-1])
+        return distribution.log_probability(experience.taken), distribution.entropy()
 
 
 class Critics:
