@@ -13,6 +13,10 @@ class UserError(Exception):
     """
 
 
+class Notice(UserWarning):
+    """Something that a user did not ask for and should know; the command line prints its line alone."""
+
+
 def nearest_first(name: str, valid: Iterable[str]) -> list[str]:
     """The valid names, those most alike to ``name`` first, the rest in their own order."""
     names = list(valid)

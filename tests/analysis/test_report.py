@@ -67,5 +67,6 @@ def test_the_skill_figures_show_the_recorded_choices(run, monkeypatch, tmp_path)
 def test_a_run_without_a_generation_in_its_budget_has_no_curve(run):
     text = run.folder.config.read_text().replace(f"steps: {tiny.STEPS}", "steps: 10")
     run.folder.config.write_text(text)
+    (run.folder.path / "digests.json").unlink()
     with pytest.raises(sc.UserError, match="no generation yet"):
         learning_curve(sc.Run(run.folder.path))

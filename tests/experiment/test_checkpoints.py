@@ -12,9 +12,19 @@ import numpy as np
 import pytest
 
 import skillcrew as sc
-from experiment.tiny import SEEDS, assert_same_arrays, contents, last_arrays, tiny_madys
+from experiment.tiny import (
+    SEEDS,
+    InterruptAfter,
+    assert_same_arrays,
+    assert_same_ending,
+    contents,
+    last_arrays,
+    tiny_madys,
+)
+from skillcrew.errors import Notice
 from skillcrew.experiment.checkpoints import FORMAT, Checkpoints
 from skillcrew.experiment.generation import flat_arrays, from_flat_arrays, shapes
+from skillcrew.experiment.integrity import seal
 from skillcrew.experiment.metrics import read_metrics
 
 LIKE = {"value": jnp.zeros(3)}
@@ -38,6 +48,18 @@ def test_the_last_ones_and_the_best_are_kept(tmp_path):
     assert checkpoints.read(LIKE)[0]["['value']"].tolist() == [5, 5, 5]
     with pytest.raises(sc.UserError, match="no checkpoint 3; there are 2, 4, 5"):
         checkpoints.read(LIKE, 3)
+
+
+def test_of_equals_the_later_one_is_the_best(tmp_path):
+    assert save_some(tmp_path / "c", [0.5, 0.5, 0.1, 0.1], keep=1).generations() == [2, 4]
+
+
+def test_a_damaged_one_is_not_the_best_and_no_reason_not_to_save(tmp_path):
+    checkpoints = save_some(tmp_path / "c", [0.9, 0.5, 0.1], keep=2)
+    (tmp_path / "c" / "1" / "about.json").write_text("}{")
+    checkpoints.save(4, LIKE, 0.2)
+    checkpoints.save(5, LIKE, 0.3)
+    assert checkpoints.generations() == [2, 4, 5]
 
 
 def test_the_best_may_be_among_the_last_ones(tmp_path):
@@ -83,41 +105,72 @@ def test_what_is_read_is_what_was_written_with_nan_infinity_and_every_type(tmp_p
     assert_same_arrays({name: np.asarray(arrays[name]) for name in written}, written)
 
 
-def test_every_truncated_file_is_noticed(copied):
-    run = sc.Run(copied)
-    like, whole = shapes(run.algorithm, run.config), last_arrays(copied)
+def damages(intact, dice):
+    """What can become of a file: a flipped bit, cut off, its tail zeroed, emptied, deleted (None)."""
+    place = int(dice.integers(len(intact)))
+    flipped = intact[place] ^ (1 << int(dice.integers(8)))
+    yield intact[:place] + bytes([flipped]) + intact[place + 1 :]
+    yield intact[:place]
+    yield intact[:place] + bytes(len(intact) - place)
+    yield b""
+    yield None
+
+
+def test_any_damage_to_any_file_is_noticed_and_the_checkpoint_before_is_used(copied):
+    dice = np.random.default_rng(0)
     place, checkpoints = latest(copied), Checkpoints(copied / "checkpoints")
-    refused = 0
-    for path in [path for path in sorted(place.rglob("*")) if path.is_file() and path.stat().st_size]:
+    before, last = checkpoints.generations()[-2:]
+    files = [path for path in sorted(place.rglob("*")) if path.is_file() and path.stat().st_size]
+    assert {"about.json", "digests.json"} < {path.name for path in files}
+    assert len(files) >= 6
+    for path in files:
         intact = path.read_bytes()
-        for size in {0, len(intact) // 2}:
-            path.write_bytes(intact[:size])
-            try:
-                arrays, _ = checkpoints.read(like)
-            except sc.UserError as error:
-                refused += 1
-                assert str(place) in str(error) and "\n" not in str(error)
-                assert "--checkpoint" in str(error), "it must say what to do instead"
-            else:  # Marks and indices that reading does without.
-                assert_same_arrays({name: np.asarray(arrays[name]) for name in whole}, whole)
-        path.write_bytes(intact)
-    assert refused >= 6
-    last_arrays(copied)
+        for damaged in damages(intact, dice):
+            if damaged == intact:
+                continue
+            path.unlink() if damaged is None else path.write_bytes(damaged)
+            generation, lines = checkpoints.choose()
+            assert generation == before, path
+            assert len(lines) == 1, path
+            assert lines[0].startswith(str(place)), path
+            with pytest.raises(sc.UserError, match=f"--checkpoint .*{before}") as caught:
+                checkpoints.choose(last)
+            assert "\n" not in str(caught.value)
+            path.write_bytes(intact)
+    assert checkpoints.choose() == (last, [])
 
 
-def test_a_missing_part_is_noticed(copied):
-    shutil.rmtree(latest(copied) / "state")
+def test_a_champion_of_the_checkpoint_before_is_announced(copied, finished):
+    whole = sc.Run(finished, checkpoint=Checkpoints(finished / "checkpoints").generations()[-2])
+    (latest(copied) / "about.json").unlink()
+    with pytest.warns(Notice, match=r"about.json is missing; checkpoint \d+ is used instead"):
+        champions = sc.Run(copied).champions()
+    jax.tree.map(np.testing.assert_array_equal, champions, whole.champions())
+
+
+def test_a_run_goes_on_from_the_checkpoint_before_and_ends_the_same(copied, finished):
+    next((latest(copied) / "state").glob("**/d/*")).write_bytes(b"gone")
+    reporter = InterruptAfter(10**9, None)
+    sc.Run(copied).resume(reporter=reporter)
+    assert any("is used instead" in note for note in reporter.notes)
+    assert_same_ending(copied, finished)
+
+
+def test_where_all_are_damaged_there_is_nothing_to_go_on_from(copied):
+    for place in (copied / "checkpoints").iterdir():
+        shutil.rmtree(place / "state")
     before = contents(copied)
-    with pytest.raises(sc.UserError, match="damaged or not a checkpoint") as caught:
+    with pytest.raises(sc.UserError, match="is missing, and there is no other") as caught:
         sc.Run(copied).resume()
     assert "\n" not in str(caught.value)
     assert contents(copied) == before
 
 
 def test_damage_leaves_the_configuration_as_it_was_even_if_the_budget_was_to_change(copied):
-    shutil.rmtree(latest(copied) / "state")
+    for place in (copied / "checkpoints").iterdir():
+        shutil.rmtree(place / "state")
     before = contents(copied)
-    with pytest.raises(sc.UserError, match="damaged"):
+    with pytest.raises(sc.UserError, match="is missing"):
         sc.Run(copied).resume(steps=1e6)
     assert contents(copied) == before
 
@@ -126,10 +179,14 @@ def test_damage_leaves_the_configuration_as_it_was_even_if_the_budget_was_to_cha
     ("change", "said"), [(1, r"newer skillcrew.*upgrade"), (-1, r"older skillcrew.*anew")]
 )
 def test_a_checkpoint_of_another_format_is_refused(change, said, copied):
-    about = latest(copied) / "about" / "metadata"
+    about = latest(copied) / "about.json"
     text = json.loads(about.read_text())
     assert text["format"] == FORMAT
     about.write_text(json.dumps({**text, "format": FORMAT + change}))
+    if change > 0:
+        seal(latest(copied))
+    else:  # Those had no digests.
+        (latest(copied) / "digests.json").unlink()
     before = contents(copied)
     with pytest.raises(sc.UserError, match=said):
         sc.Run(copied).resume()
@@ -146,6 +203,7 @@ def test_a_checkpoint_of_another_configuration_is_refused(old, new, copied):
         old = "n_agents: 2"
     assert old in text
     config.write_text(text.replace(old, new))
+    (copied / "digests.json").unlink()
     before = contents(copied)
     with pytest.raises(sc.UserError, match=r"another configuration.*config\.yaml") as caught:
         sc.Run(copied).resume()
@@ -153,24 +211,26 @@ def test_a_checkpoint_of_another_configuration_is_refused(old, new, copied):
     assert contents(copied) == before
 
 
-def test_a_foreign_folder_among_the_checkpoints_is_refused(copied):
+def test_a_foreign_folder_among_the_checkpoints_is_no_checkpoint(copied):
     foreign = copied / "checkpoints" / "999"
     foreign.mkdir()
     (foreign / "holiday.txt").write_text("sun")
-    before = contents(copied)
-    with pytest.raises(sc.UserError, match=r"999: .*not a checkpoint"):
-        sc.Run(copied).resume()
-    assert contents(copied) == before
+    checkpoints = Checkpoints(copied / "checkpoints")
+    generation, lines = checkpoints.choose()
+    assert generation == checkpoints.generations()[-2]
+    assert lines == [f"{foreign}: was never finished"]
+    with pytest.raises(sc.UserError, match=r"999: was never finished; use another"):
+        sc.Run(copied, checkpoint=999).resume()
 
 
 def test_leftovers_of_a_kill_are_ignored_and_then_cleaned(copied, finished):
-    temporary = copied / "checkpoints" / "999.orbax-checkpoint-tmp"
-    shutil.copytree(latest(copied), temporary)
+    unfinished = copied / "checkpoints" / ".unfinished-999"
+    shutil.copytree(latest(copied), unfinished)
     assert_same_arrays(last_arrays(copied), last_arrays(finished))
     checkpoints = Checkpoints(copied / "checkpoints")
     assert 999 not in checkpoints.generations()
     checkpoints.save(1000, LIKE, 0.0)
-    assert not temporary.exists()
+    assert not unfinished.exists()
 
 
 def test_an_error_while_saving_leaves_the_earlier_ones(tmp_path, monkeypatch):
@@ -180,7 +240,7 @@ def test_an_error_while_saving_leaves_the_earlier_ones(tmp_path, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("orbax.checkpoint.CheckpointManager.save", full)
+    monkeypatch.setattr("orbax.checkpoint.Checkpointer.save", full)
     with pytest.raises(sc.UserError, match=r"the disk is full.*resume") as caught:
         checkpoints.save(2, LIKE, 0.2)
     assert "\n" not in str(caught.value)

@@ -1,11 +1,15 @@
 """The `skillcrew` command: finds the subcommand, and turns a user's mistake into one line."""
 
+import contextlib
 import importlib
 import importlib.metadata
 import os
 import sys
+import warnings
+from collections.abc import Generator
+from typing import Any
 
-from skillcrew.errors import UserError, unknown_name
+from skillcrew.errors import Notice, UserError, unknown_name
 
 COMMANDS = {
     "train": "train an algorithm in an environment, then write a report",
@@ -38,7 +42,8 @@ def run_command(words: list[str]) -> int:
     try:
         if words[0] not in COMMANDS:
             raise unknown_name("command", words[0], COMMANDS)
-        return importlib.import_module(f"skillcrew.cli.{words[0]}").run(words[1:])
+        with _notices_as_lines():
+            return importlib.import_module(f"skillcrew.cli.{words[0]}").run(words[1:])
     except UserError as error:
         print(f"skillcrew: {error}", file=sys.stderr)
         return USER_MISTAKE
@@ -49,6 +54,23 @@ def run_command(words: list[str]) -> int:
         # The reader of our output, such as `head`, has gone; nothing is left to say to it.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+
+
+@contextlib.contextmanager
+def _notices_as_lines() -> Generator[None]:
+    """Prints notices as lines of ours, and leaves all other warnings as they are."""
+    with warnings.catch_warnings():
+        shown = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
+            if issubclass(category, Notice):
+                print(f"skillcrew: {message}", file=sys.stderr)
+            else:
+                shown(message, category, *place, **options)
+
+        warnings.showwarning = show  # ty: ignore[invalid-assignment]
+        warnings.simplefilter("always", Notice)
+        yield
 
 
 def usage() -> str:

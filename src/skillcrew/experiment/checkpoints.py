@@ -1,10 +1,9 @@
 """Checkpoints that hold everything a run goes on from, written whole or not at all (Orbax)."""
 
-import contextlib
+import json
 import logging
+import math
 import shutil
-import sys
-from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +11,17 @@ import jax
 import numpy as np
 import orbax.checkpoint as ocp
 from jaxtyping import PyTree
-from orbax.checkpoint import checkpoint_managers as policies
 
 from skillcrew.errors import UserError
 from skillcrew.experiment.files import check_room, disk_errors
 from skillcrew.experiment.generation import flat_arrays
+from skillcrew.experiment.integrity import DIGESTS, damage, seal
 
-FORMAT = 3
+FORMAT = 4
 """Version of the layout, and of what states are made of; a checkpoint of another one is refused."""
+
+ABOUT = "about.json"
+UNFINISHED = ".unfinished-"
 
 BUFFER = "experience"
 """A leaf with this in its path belongs to a replay buffer."""
@@ -54,22 +56,52 @@ class Checkpoints:
         """
         self.check_room(state, save_buffer)
         arrays = {name: np.asarray(leaf) for name, leaf in _saved(state, save_buffer).items()}
-        about = {"format": FORMAT, "generation": generation, "buffer": save_buffer}
-        with disk_errors(self.folder), self._manager() as manager:
-            manager.save(
-                generation,
-                args=ocp.args.Composite(state=ocp.args.StandardSave(arrays), about=ocp.args.JsonSave(about)),
-                metrics={"score": score},
-                force=True,
-            )
-            manager.wait_until_finished()
+        about = {"format": FORMAT, "generation": generation, "buffer": save_buffer, "score": score}
+        place, filling = self.folder / str(generation), self.folder / f"{UNFINISHED}{generation}"
+        with disk_errors(self.folder):
+            self._clear()
+            filling.mkdir(parents=True)
+            with _storage() as storage:
+                storage.save(filling.absolute() / "state", args=ocp.args.StandardSave(arrays))
+            (filling / ABOUT).write_text(json.dumps(about) + "\n")
+            seal(filling)
+            filling.rename(place)
+            self._discard_surplus()
 
     def check_room(self, state: PyTree, save_buffer: bool) -> None:
         """Raises `UserError` if the disk has no room for a checkpoint of this state."""
         check_room(self.folder.parent, sum(leaf.nbytes for leaf in _saved(state, save_buffer).values()))
 
+    def choose(self, generation: int | None = None) -> tuple[int, list[str]]:
+        """The checkpoint to go on from: by default the latest that is whole.
+
+        Returns:
+            Its generation, and a line for each later one that is damaged.
+
+        Raises:
+            UserError: there is none, the one that was asked for is damaged, or of another version.
+        """
+        found = self.generations()
+        if not found:
+            raise UserError(f"{self.folder}: holds no finished checkpoint; train into a new folder")
+        if generation is not None and generation not in found:
+            raise UserError(
+                f"{self.folder}: no checkpoint {generation}; there are {', '.join(map(str, found))}"
+            )
+        damaged: list[str] = []
+        for candidate in [generation] if generation is not None else reversed(found):
+            wrong = self._wrong_with(candidate)
+            if wrong is None:
+                return candidate, damaged
+            damaged.append(f"{self.folder / str(candidate)}: {wrong}")
+        if generation is None:
+            raise UserError(f"{damaged[0]}, and there is no other to go on from; train into a new folder")
+        others = " or ".join(str(other) for other in found if other != generation)
+        mend = f"use another: --checkpoint {others}" if others else "there is no other to go on from"
+        raise UserError(f"{damaged[0]}; {mend}")
+
     def read(self, like: PyTree, generation: int | None = None) -> tuple[dict[str, Any], bool]:
-        """Reads a checkpoint, by default the latest, as named arrays (see `flat_arrays`).
+        """Reads a checkpoint, by default the latest that is whole, as named arrays (see `flat_arrays`).
 
         Args:
             like: shapes of the state that the run's configuration makes.
@@ -78,24 +110,17 @@ class Checkpoints:
             The arrays, and whether those of the buffer are among them.
 
         Raises:
-            UserError: no checkpoint, damaged, of another configuration, or of a newer version.
+            UserError: as `choose`, or it is of another configuration.
         """
-        generation = self._existing(generation)
-        place = self.folder / str(generation)
+        place = self.folder.absolute() / str(self.choose(generation)[0])
+        has_buffer = _about(place)["buffer"]
         expected = jax.eval_shape(flat_arrays, like)
-        with self._damage_as_user_error(place), self._manager() as manager:
-            about = manager.restore(generation, args=ocp.args.Composite(about=ocp.args.JsonRestore()))[
-                "about"
-            ]
-            _check_version(about, place)
-            if not about["buffer"]:
-                expected = {name: leaf for name, leaf in expected.items() if BUFFER not in name}
-            _check_same(expected, manager.item_metadata(generation)["state"], place)
+        if not has_buffer:
+            expected = {name: leaf for name, leaf in expected.items() if BUFFER not in name}
+        with _storage() as storage:
+            _check_same(expected, storage.metadata(place / "state").item_metadata.tree, place)
             hosted = {name: np.empty(leaf.shape, leaf.dtype) for name, leaf in expected.items()}
-            restored = manager.restore(
-                generation, args=ocp.args.Composite(state=ocp.args.StandardRestore(hosted))
-            )
-        return restored["state"], about["buffer"]
+            return storage.restore(place / "state", args=ocp.args.StandardRestore(hosted)), has_buffer
 
     def discard_after(self, generation: int) -> None:
         """Deletes the checkpoints after one that a run goes on from, for the run to write anew."""
@@ -103,92 +128,72 @@ class Checkpoints:
             if later > generation:
                 shutil.rmtree(self.folder / str(later))
 
-    def _existing(self, generation: int | None) -> int:
-        found = self.generations()
-        if not found:
-            raise UserError(f"{self.folder}: holds no finished checkpoint; train into a new folder")
-        if generation is None:
-            return found[-1]
-        if generation not in found:
-            raise UserError(
-                f"{self.folder}: no checkpoint {generation}; there are {', '.join(map(str, found))}"
-            )
-        return generation
+    def _wrong_with(self, generation: int) -> str | None:
+        """Why a checkpoint cannot be gone on from; None if it can.
 
-    @contextlib.contextmanager
-    def _manager(self) -> Generator[ocp.CheckpointManager]:
-        # Orbax logs each step of its work as warnings to the root logger.
-        logging.getLogger("absl").setLevel(logging.ERROR)
-        keep = [
-            policies.LatestN(self._keep),
-            policies.BestN(get_metric_fn=_score, n=1),
-        ]
-        options = ocp.CheckpointManagerOptions(
-            # Orbax stores metrics only where it is told how to read them.
-            best_fn=_score,
-            preservation_policy=policies.AnyPreservationPolicy(keep),
-            enable_async_checkpointing=False,
-            cleanup_tmp_directories=True,
-        )
-        # Named handlers, so that a manager that saved nothing itself can read what is there.
-        handlers = {"state": ocp.StandardCheckpointHandler(), "about": ocp.JsonCheckpointHandler()}
-        with ocp.CheckpointManager(
-            self.folder.absolute(), options=options, item_handlers=handlers
-        ) as manager:
-            yield manager
+        Raises:
+            UserError: it is of another version.
+        """
+        place = self.folder / str(generation)
+        about, wrong = _about(place), damage(place)
+        if about is None:
+            return wrong or "not a checkpoint of skillcrew"
+        # Older ones have no digests.
+        if wrong is None or not (place / DIGESTS).exists():
+            _check_version(about["format"], place)
+        return wrong
 
-    @contextlib.contextmanager
-    def _damage_as_user_error(self, place: Path) -> Generator[None]:
-        try:
-            yield
-        except UserError:
-            raise
-        except Exception as error:
-            _silence_unfinished_reads()
-            others = [str(other) for other in self.generations() if str(other) != place.name]
-            mend = (
-                f"use another: --checkpoint {' or '.join(others)}"
-                if others
-                else "there is no other to go on from"
-            )
-            raise UserError(f"{place}: damaged or not a checkpoint of skillcrew; {mend}") from error
+    def _discard_surplus(self) -> None:
+        """Deletes all but the latest few and the best."""
+        scores = {generation: _score(self.folder / str(generation)) for generation in self.generations()}
+        best = max(scores, key=lambda generation: (scores[generation], generation))
+        for generation in sorted(scores)[: -self._keep]:
+            if generation != best:
+                shutil.rmtree(self.folder / str(generation))
+
+    def _clear(self) -> None:
+        """Deletes what was being written when an earlier run was killed."""
+        for left in self.folder.glob(f"{UNFINISHED}*"):
+            shutil.rmtree(left)
 
 
-def _silence_unfinished_reads() -> None:
-    """Keeps a failed restore to its one line.
-
-    When one array cannot be read, Orbax closes its event loop while the reads of the others are
-    under way; each of them then prints that the loop is closed, from a thread of its own.
-    """
-    shows_exception, shows_unraisable = sys.excepthook, sys.unraisablehook
-
-    def is_echo(error: BaseException | None) -> bool:
-        return isinstance(error, RuntimeError) and str(error) == "Event loop is closed"
-
-    sys.excepthook = lambda kind, error, trace: (
-        None if is_echo(error) else shows_exception(kind, error, trace)
-    )
-    sys.unraisablehook = lambda about: None if is_echo(about.exc_value) else shows_unraisable(about)
+def instead(damaged: str, generation: int) -> str:
+    """The line that says which checkpoint stands in for a damaged one."""
+    return f"{damaged}; checkpoint {generation} is used instead"
 
 
-def _score(metrics: dict[str, float]) -> float:
-    # Every score was called a success rate once.
-    return metrics["score"] if "score" in metrics else metrics["success_rate"]
+def _storage() -> ocp.Checkpointer:
+    # Orbax logs each step of its work as warnings to the root logger.
+    logging.getLogger("absl").setLevel(logging.ERROR)
+    return ocp.Checkpointer(ocp.StandardCheckpointHandler())
 
 
-def _check_version(about: Any, place: Path) -> None:
-    if not isinstance(about, dict) or not isinstance(about.get("format"), int):
-        raise UserError(f"{place}: not a checkpoint of skillcrew")
-    if about["format"] > FORMAT:
+def _score(place: Path) -> float:
+    """By which the best checkpoint is kept; of one that is damaged, none is lower."""
+    score = (_about(place) or {}).get("score")
+    return float(score) if isinstance(score, int | float) else -math.inf
+
+
+def _about(place: Path) -> Any:
+    """What a checkpoint says of itself; None if that cannot be read."""
+    try:
+        about = json.loads((place / ABOUT).read_text())
+    except (OSError, ValueError, RecursionError):
+        return None
+    return about if isinstance(about, dict) and isinstance(about.get("format"), int) else None
+
+
+def _check_version(version: int, place: Path) -> None:
+    if version > FORMAT:
         raise UserError(
-            f"{place}: written by a newer skillcrew (checkpoint format {about['format']}, this one "
-            f"reads {FORMAT}); upgrade skillcrew"
+            f"{place}: written by a newer skillcrew (checkpoint format {version}, this one reads {FORMAT}); "
+            "upgrade skillcrew"
         )
-    if about["format"] < FORMAT:
+    if version < FORMAT:
         raise UserError(
-            f"{place}: written by an older skillcrew (checkpoint format {about['format']}, this one reads "
-            f"{FORMAT}); go on with the skillcrew that wrote it, or train anew: `skillcrew train --config` "
-            "takes the run's config.yaml"
+            f"{place}: written by an older skillcrew (checkpoint format {version}, this one reads {FORMAT}); "
+            "go on with the skillcrew that wrote it, or train anew: `skillcrew train --config` takes the "
+            "run's config.yaml"
         )
 
 

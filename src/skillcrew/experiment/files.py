@@ -56,6 +56,9 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         temporary = Path(name)
         try:
             write(temporary)
+            # A rename may reach the disk before what it names does.
+            with temporary.open("rb") as written:
+                os.fsync(written.fileno())
             # mkstemp makes files that only their owner can read.
             temporary.chmod(0o644)
             temporary.replace(path)

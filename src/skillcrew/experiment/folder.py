@@ -12,7 +12,8 @@ from pathlib import Path
 import jax
 
 from skillcrew.errors import UserError
-from skillcrew.experiment.files import disk_errors, write_whole
+from skillcrew.experiment.files import disk_errors
+from skillcrew.experiment.integrity import write_known
 
 EXPLANATION = """\
 This folder is one run of skillcrew.
@@ -23,6 +24,7 @@ timing.json        seconds spent on compiling and on running, environment steps 
 checkpoints/       everything that the run goes on from, by generation: the latest and the best
 report/            learning curve and chosen skills, as PNG and PDF, and the champions' scores
 environment.txt    versions, device and command
+digests.json       of config.yaml and metrics.parquet, so that damage is noticed; checkpoints have theirs
 
 skillcrew resume .        goes on after an interruption, to the same bits
 skillcrew evaluate .      scores the champions on fresh episodes
@@ -58,7 +60,7 @@ class RunFolder:
         try:
             with disk_errors(self.path):
                 filling.path.mkdir(parents=True)
-                write_whole(filling.config, lambda path: path.write_text(config))
+                write_known(filling.config, lambda path: path.write_text(config))
                 for name, text in (("environment.txt", describe_environment()), ("README.txt", EXPLANATION)):
                     (filling.path / name).write_text(text)
                 filling.path.rename(self.path)

@@ -8,10 +8,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from skillcrew.errors import UserError
-from skillcrew.experiment.files import write_whole
+from skillcrew.experiment.integrity import check_known, write_known
 from skillcrew.experiment.score import RETURN, SUCCESS
 
 Columns = dict[str, np.ndarray]
+
+MOVE_AWAY = "move it away, then `skillcrew resume` goes on without the earlier rows"
 
 
 class MetricsLog:
@@ -53,7 +55,7 @@ class MetricsLog:
     def write(self, path: Path) -> None:
         """Replaces the file at once."""
         table = pa.table(self.columns())
-        write_whole(path, lambda temporary: pq.write_table(table, temporary))
+        write_known(path, lambda temporary: pq.write_table(table, temporary))
 
 
 def read_metrics(path: Path) -> Columns:
@@ -64,14 +66,12 @@ def read_metrics(path: Path) -> Columns:
     Raises:
         UserError: missing or damaged.
     """
+    check_known(path, MOVE_AWAY)
     try:
         table = pq.read_table(path)
         columns = {name: table.column(name).to_numpy() for name in table.column_names}
     except (OSError, pa.ArrowException) as error:
-        raise UserError(
-            f"{path}: missing or damaged metrics; move it away, then `skillcrew resume` goes on "
-            "without the earlier rows"
-        ) from error
+        raise UserError(f"{path}: missing or damaged metrics; {MOVE_AWAY}") from error
     if not {"seed", "generation", "environment_steps"} <= set(columns) or not (
         {SUCCESS.key, RETURN.key} & set(columns)
     ):

@@ -15,8 +15,8 @@ from skillcrew.errors import UserError
 from skillcrew.experiment import generation, memory
 from skillcrew.experiment.config import RunConfig, from_yaml, to_yaml
 from skillcrew.experiment.evaluation import Evaluation
-from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder
+from skillcrew.experiment.integrity import check_known, write_known
 from skillcrew.experiment.metrics import Columns, read_metrics
 from skillcrew.experiment.progress import Reporter, SilentReporter
 from skillcrew.experiment.runner import Runner
@@ -53,6 +53,7 @@ class Run:
     ):
         self.folder = RunFolder(folder)
         self.folder.check_is_run()
+        check_known(self.folder.config, "restore it")
         self.algorithm, self.config = from_yaml(self.folder.config, env, trust)
         self._checkpoint = checkpoint
         self._champions = champions
@@ -120,7 +121,7 @@ class Run:
         state = runner.restore(self._checkpoint)
         if config != self.config:
             text = to_yaml(self.algorithm, config)
-            write_whole(self.folder.config, lambda path: path.write_text(text))
+            write_known(self.folder.config, lambda path: path.write_text(text))
         self.config = config
         self._champions = runner.run(state).team
         return self

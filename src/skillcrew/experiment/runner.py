@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import time
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -11,8 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.errors import Notice
 from skillcrew.experiment import generation
-from skillcrew.experiment.checkpoints import Checkpoints
+from skillcrew.experiment.checkpoints import Checkpoints, instead
 from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder
@@ -58,6 +60,9 @@ class Runner:
             self.reporter.note("No checkpoint was finished yet: starts from the beginning.")
             return self.start()
         like = generation.shapes(self.algorithm, self.config)
+        checkpoint, damaged = self._checkpoints.choose(checkpoint)
+        for line in damaged:
+            self.reporter.note(instead(line, checkpoint))
         arrays, has_buffer = self._checkpoints.read(like, checkpoint)
         if not has_buffer:
             self.reporter.note(
@@ -90,6 +95,9 @@ class Runner:
     def champions(self, checkpoint: int | None = None) -> Team:
         """Every seed's champion of a checkpoint; leaves have a leading seed axis."""
         like = generation.shapes(self.algorithm, self.config)
+        checkpoint, damaged = self._checkpoints.choose(checkpoint)
+        for line in damaged:
+            warnings.warn(instead(line, checkpoint), Notice, stacklevel=2)
         arrays, _ = self._checkpoints.read(like, checkpoint)
         return generation.from_flat_arrays(arrays, like, ".team")
 
