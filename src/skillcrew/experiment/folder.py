@@ -24,6 +24,7 @@ timing.json        seconds spent on compiling and on running, environment steps 
 checkpoints/       everything that the run goes on from, by generation: the latest and the best
 report/            learning curve and chosen skills, as PNG and PDF, and the champions' scores
 environment.txt    versions, device and command
+owner.lock         held by the process that trains here
 digests.json       of config.yaml and metrics.parquet, so that damage is noticed; checkpoints have theirs
 
 skillcrew resume .        goes on after an interruption, to the same bits

@@ -18,6 +18,7 @@ from skillcrew.experiment.evaluation import Evaluation
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.integrity import check_known, write_known
 from skillcrew.experiment.metrics import Columns, read_metrics
+from skillcrew.experiment.ownership import owned
 from skillcrew.experiment.progress import Reporter, SilentReporter
 from skillcrew.experiment.runner import Runner
 from skillcrew.policies.team import Team
@@ -110,6 +111,11 @@ class Run:
             steps: a larger budget than the run had, to train on. What a seed lived beyond its old
                 budget kept no champion of its own: if the new budget ends within that, the old
                 budget's champion stays.
+
+        Raises:
+            UserError: no or damaged checkpoints, another process trains in the folder, or it cannot be
+                written.
+            Interrupted: on Ctrl-C, after saving.
         """
         config = self.config
         if steps is not None:
@@ -118,12 +124,13 @@ class Run:
                 raise UserError(f"steps = {config.steps}: less than the run's budget of {self.config.steps}")
         memory.check(memory.estimate(self.algorithm, config))
         runner = Runner(self.algorithm, config, self.folder, reporter or SilentReporter())
-        state = runner.restore(self._checkpoint)
-        if config != self.config:
-            text = to_yaml(self.algorithm, config)
-            write_known(self.folder.config, lambda path: path.write_text(text))
-        self.config = config
-        self._champions = runner.run(state).team
+        with owned(self.folder.path):
+            state = runner.restore(self._checkpoint)
+            if config != self.config:
+                text = to_yaml(self.algorithm, config)
+                write_known(self.folder.config, lambda path: path.write_text(text))
+            self.config = config
+            self._champions = runner.run(state).team
         return self
 
     def champions(self) -> Team:
@@ -167,7 +174,8 @@ def train(
     folder = RunFolder(out if out is not None else free_folder(algorithm))
     folder.create(to_yaml(algorithm, config))
     runner = Runner(algorithm, config, folder, reporter)
-    champions = runner.run(runner.start()).team
+    with owned(folder.path):
+        champions = runner.run(runner.start()).team
     return Run(folder.path, algorithm.env, champions=champions)
 
 
