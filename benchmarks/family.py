@@ -82,10 +82,10 @@ def share_outside(algorithm: Algorithm, generations: int) -> float:
     def measured(*arguments: Any) -> Callable:
         compiled = compile_chunk(*arguments)
 
-        def call(state: Any) -> Any:
+        def call(*given: Any) -> Any:
             nonlocal inside
             began = time.monotonic()
-            result = jax.block_until_ready(compiled(state))
+            result = jax.block_until_ready(compiled(*given))
             inside += time.monotonic() - began
             return result
 

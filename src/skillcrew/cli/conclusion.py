@@ -1,5 +1,6 @@
 """How `train` and `resume` end: saved on Ctrl-C, or scored and reported."""
 
+import contextlib
 import sys
 from collections.abc import Callable
 
@@ -26,7 +27,9 @@ def run_and_report(go: Callable[[], Run], reporter: Reporter, folder: str, episo
     finally:
         reporter.close()
     if finished is None:
-        print(f"Interrupted and saved. `skillcrew resume {folder}` goes on.", file=sys.stderr)
+        # There is no terminal any more where its hanging up was the reason.
+        with contextlib.suppress(OSError):
+            print(f"Interrupted and saved. `skillcrew resume {folder}` goes on.", file=sys.stderr)
         return 130
     evaluation = finished.evaluate(episodes)
     print(describe_evaluation(evaluation))

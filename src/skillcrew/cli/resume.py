@@ -23,6 +23,10 @@ class ResumeOptions:
     """A larger budget of environment steps per seed. Default: the run's own."""
     checkpoint: int | None = None
     """Generation to go on from. Default: the latest checkpoint."""
+    max_seconds: float | None = None
+    """Seconds after which it saves and stops as on Ctrl-C, compiling not counted. Default: the run's own."""
+    warning_signal: str | None = None
+    """A further signal on which it saves and stops, such as USR1. Default: the run's own."""
     trust: bool = False
     """Import the environment's class from wherever the folder says: that runs its code."""
     report_episodes: int = 1000
@@ -38,6 +42,11 @@ def run(words: list[str]) -> int:
     options = parse_options(ResumeOptions, words[1:], ResumeOptions(), f"skillcrew resume {words[0]}", USAGE)
     unfinished = Run(places[0], checkpoint=options.checkpoint, trust=options.trust)
     reporter = make_reporter(options.steps or unfinished.config.steps, unfinished.config.seeds)
+    given = {"max_seconds": options.max_seconds, "warning_signal": options.warning_signal}
+    session = {name: value for name, value in given.items() if value is not None}
     return run_and_report(
-        lambda: unfinished.resume(options.steps, reporter), reporter, places[0], options.report_episodes
+        lambda: unfinished.resume(options.steps, reporter, **session),
+        reporter,
+        places[0],
+        options.report_episodes,
     )

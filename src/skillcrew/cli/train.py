@@ -40,6 +40,10 @@ class RunOptions:
     """Time between checkpoints."""
     keep: int = DEFAULTS.keep
     """Latest checkpoints kept, beside the best."""
+    max_seconds: float | None = None
+    """Seconds after which it saves and stops as on Ctrl-C, compiling not counted; for queues that kill."""
+    warning_signal: str | None = None
+    """A further signal on which it saves and stops, such as the USR1 that Slurm sends before it kills."""
     save_buffer: bool = DEFAULTS.save_buffer
     """Keep the replay buffer in checkpoints; without, they are small but a resumed run differs."""
 

@@ -12,6 +12,7 @@ from skillcrew.algorithms.registry import algorithm_class, make_algorithm
 from skillcrew.envs import registry
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
+from skillcrew.experiment.interrupts import signal_of
 
 MOST_STEPS = 2_000_000_000
 """Steps are counted in 32 bits, and a last generation goes beyond the budget."""
@@ -36,7 +37,16 @@ class RunConfig:
     save_buffer: bool = True
     """False leaves the replay buffer out of checkpoints: small ones, but a resumed run differs."""
 
+    max_seconds: float | None = None
+    """Seconds after which a run saves and stops as on Ctrl-C, compiling not counted; for queues that kill."""
+    warning_signal: str | None = None
+    """A further signal on which it saves and stops, such as the USR1 that Slurm sends before it kills."""
+
     def __post_init__(self) -> None:
+        if self.max_seconds is not None and not self.max_seconds > 0:
+            raise UserError(f"max_seconds = {self.max_seconds}: give a positive number")
+        if self.warning_signal is not None:
+            signal_of(self.warning_signal)
         if not self.seeds or len(set(self.seeds)) != len(self.seeds):
             raise UserError(f"seeds = {list(self.seeds)}: give at least one, and each once")
         if min(self.seeds) < 0 or max(self.seeds) >= 2**32:

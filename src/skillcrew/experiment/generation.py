@@ -7,6 +7,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Int, Key, PyTree
 
 from skillcrew.algorithms.algorithm import Algorithm
@@ -41,12 +42,12 @@ def initial_state(algorithm: Algorithm, seed: Array) -> RunState:
 
 
 def one_generation(
-    algorithm: Algorithm, config: RunConfig, run: RunState
+    algorithm: Algorithm, config: RunConfig, budget: Int[Array, ""], run: RunState
 ) -> tuple[RunState, dict[str, Array]]:
     """One generation of one seed, and its champion's score on fresh episodes."""
     state, metrics = algorithm.step(run.algorithm)
     champion = algorithm.team(state)
-    within_budget = metrics["environment_steps"] <= config.steps
+    within_budget = metrics["environment_steps"] <= budget
     team = jax.tree.map(lambda new, old: jnp.where(within_budget, new, old), champion, run.team)
     generation = run.generation + 1
     key = jax.random.fold_in(run.score_key, generation)
@@ -55,29 +56,62 @@ def one_generation(
     return RunState(state, team, run.score_key, generation, metrics["environment_steps"]), metrics
 
 
-def chunk(algorithm: Algorithm, config: RunConfig, runs: RunState) -> tuple[RunState, dict[str, Array]]:
-    """`generations_per_report` generations of every seed; metrics have axes [seeds, generations]."""
+def chunk(
+    algorithm: Algorithm,
+    config: RunConfig,
+    budget: Int[Array, ""],
+    runs: RunState,
+    generations: Int[Array, ""],
+) -> tuple[RunState, dict[str, Array]]:
+    """Some generations of every seed.
+
+    Args:
+        generations: how many; up to `generations_per_report`.
+
+    Returns:
+        The runs after them, and their metrics, with axes [seeds, `generations_per_report`]; rows beyond the
+        generations that were lived are 0.
+    """
+    # Traced once, for its shapes and for the loop.
+    one = jax.jit(lambda run: one_generation(algorithm, config, budget, run))
 
     def of_seed(run: RunState) -> tuple[RunState, dict[str, Array]]:
-        return jax.lax.scan(
-            lambda carry, _: one_generation(algorithm, config, carry),
-            run,
-            length=config.generations_per_report,
+        row = jax.eval_shape(one, run)[1]
+        rows = jax.tree.map(
+            lambda leaf: jnp.zeros((config.generations_per_report, *leaf.shape), leaf.dtype), row
         )
+
+        def live(index: Array, carry: tuple[RunState, PyTree]) -> tuple[RunState, PyTree]:
+            run, measured = one(carry[0])
+            return run, jax.tree.map(lambda all, new: all.at[index].set(new), carry[1], measured)
+
+        return jax.lax.fori_loop(0, generations, live, (run, rows))
 
     return jax.vmap(of_seed)(runs)
 
 
 def compiled_chunk(
     algorithm: Algorithm, config: RunConfig, runs: RunState
-) -> Callable[[RunState], tuple[RunState, dict[str, Array]]]:
-    """`chunk` as a program for such runs. Its input is donated, so that the buffer is updated in place."""
-    return compiled(lambda runs: chunk(algorithm, config, runs), runs, donate_argnums=0)
+) -> Callable[..., tuple[RunState, dict[str, Array]]]:
+    """`chunk` as a program for such runs, of all generations up to a report if it is not told how many.
+
+    Its input is donated, so that the buffer is updated in place. The budget is no part of the program: a run
+    that goes on beyond it need not be compiled again where JAX keeps what it has compiled.
+    """
+    budget, all_of_them = jnp.asarray(config.steps, jnp.int32), np.int32(config.generations_per_report)
+    program = compiled(
+        lambda runs, budget, generations: chunk(algorithm, config, budget, runs, generations),
+        runs,
+        budget,
+        all_of_them,
+        donate_argnums=0,
+    )
+    return lambda runs, generations=all_of_them: program(runs, budget, np.int32(generations))
 
 
-def compiled(function: Callable[..., Any], argument: PyTree, **options: Any) -> Callable[..., Any]:
-    """A function compiled for such an argument; on a CPU at LLVM's first level, if `XLA_FLAGS` names none."""
-    program = jax.jit(function, **options).lower(argument)
+def compiled(function: Callable[..., Any], *arguments: PyTree, **options: Any) -> Callable[..., Any]:
+    """A function compiled for such arguments; on a CPU at LLVM's first level, if `XLA_FLAGS` names none."""
+    program = jax.jit(function, **options).lower(*arguments)
     ours = jax.default_backend() == "cpu" and OPTIMIZATION_LEVEL not in os.environ.get("XLA_FLAGS", "")
     return program.compile({OPTIMIZATION_LEVEL: "1"} if ours else None)
 

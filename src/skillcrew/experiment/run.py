@@ -104,20 +104,23 @@ class Run:
             None if self.algorithm.env.success is None else np.asarray(completed),
         )
 
-    def resume(self, steps: float | int | None = None, reporter: Reporter | None = None) -> "Run":
+    def resume(
+        self, steps: float | int | None = None, reporter: Reporter | None = None, **session: Any
+    ) -> "Run":
         """Goes on from the latest checkpoint, to the same bits as if never interrupted.
 
         Args:
             steps: a larger budget than the run had, to train on. What a seed lived beyond its old
                 budget kept no champion of its own: if the new budget ends within that, the old
                 budget's champion stays.
+            session: another `max_seconds` or `warning_signal` than the run has had.
 
         Raises:
             UserError: no or damaged checkpoints, another process trains in the folder, or it cannot be
                 written.
             Interrupted: on Ctrl-C, after saving.
         """
-        config = self.config
+        config = dataclasses.replace(self.config, **session)
         if steps is not None:
             config = dataclasses.replace(config, steps=round(steps))
             if config.steps < self.config.steps:

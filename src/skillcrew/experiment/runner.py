@@ -19,10 +19,11 @@ from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.generation import RunState
-from skillcrew.experiment.interrupts import watch_interrupts
+from skillcrew.experiment.interrupts import Interrupts, watch_interrupts
 from skillcrew.experiment.metrics import MetricsLog, read_metrics
 from skillcrew.experiment.progress import Reporter
 from skillcrew.experiment.score import score_of
+from skillcrew.experiment.session import Session
 from skillcrew.policies.team import Team
 
 
@@ -105,7 +106,7 @@ class Runner:
         """Steps until every seed has lived its budget, then saves.
 
         Raises:
-            Interrupted: on Ctrl-C or SIGTERM, after saving.
+            Interrupted: on a signal to stop or after `max_seconds`, once everything is saved.
             UserError: the disk has no room for a checkpoint, said before anything is compiled, or filled up.
         """
         if self._done(state):
@@ -113,26 +114,40 @@ class Runner:
             return state
         self._checkpoints.check_room(state, self.config.save_buffer)
         compiled = self._compile(state)
-        with watch_interrupts() as interrupts:
-            session = _Session(self._steps_lived(state))
+        with watch_interrupts(self.config.warning_signal) as interrupts:
+            session = Session(self._steps_lived(state), self.config.max_seconds)
             while not self._done(state):
-                state, metrics = compiled(state)
-                metrics = {name: np.asarray(values) for name, values in metrics.items()}
+                state, metrics = self._up_to_report(compiled, state, session, interrupts)
                 self._log.add(metrics)
-                self.reporter.update(metrics, session.rate(self._steps_lived(state)))
-                if (
-                    interrupts.requested
-                    or self._done(state)
-                    or session.save_is_due(self.config.checkpoint_seconds)
-                ):
+                # Where its hanging up is the reason to stop, there is no terminal to report to.
+                if not interrupts.requested:
+                    self.reporter.update(metrics, session.rate(self._steps_lived(state)))
+                stops = interrupts.requested or session.is_over()
+                if stops or self._done(state) or session.save_is_due(self.config.checkpoint_seconds):
                     self._save(state, metrics)
                     session.saved()
-                if interrupts.requested and not self._done(state):
+                if stops and not self._done(state):
                     raise Interrupted
         self._note_timing(
             {"seconds": session.seconds(), "steps_per_second": session.rate(self._steps_lived(state))}
         )
         return state
+
+    def _up_to_report(
+        self, compiled: Callable[..., Any], state: RunState, session: Session, interrupts: Interrupts
+    ) -> tuple[RunState, dict[str, np.ndarray]]:
+        """The generations up to the next report, or up to a request to stop, and their metrics."""
+        every = self.config.generations_per_report
+        # Where a stop cut a report short, the next ones still come when they would have come.
+        left = every - int(np.asarray(state.generation)[0]) % every
+        parts: list[dict[str, np.ndarray]] = []
+        while left and not (parts and (interrupts.requested or session.is_over())):
+            count = session.generations(left)
+            state, metrics = compiled(state, count)
+            parts.append({name: np.asarray(values)[:, :count] for name, values in metrics.items()})
+            session.lived(count)
+            left -= count
+        return state, {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
 
     def _save(self, state: RunState, metrics: dict[str, np.ndarray]) -> None:
         # Metrics first: a resumed run drops rows after its checkpoint, but cannot make up missing ones.
@@ -142,12 +157,15 @@ class Runner:
         self._checkpoints.save(reached, state, score, self.config.save_buffer)
 
     def _done(self, state: RunState) -> bool:
-        return bool((np.asarray(state.environment_steps) >= self.config.steps).all())
+        lived = np.asarray(state.environment_steps) >= self.config.steps
+        # It ends with a report, so that one that was stopped on its way there ends where others do.
+        reported = int(np.asarray(state.generation)[0]) % self.config.generations_per_report == 0
+        return bool(lived.all()) and reported
 
     def _steps_lived(self, state: RunState) -> int:
         return int(np.asarray(state.environment_steps).astype(np.int64).sum())
 
-    def _compile(self, state: RunState) -> Callable[[RunState], Any]:
+    def _compile(self, state: RunState) -> Callable[..., Any]:
         """The program of a chunk, and a note of how long it took to compile."""
         began = time.monotonic()
         compiled = generation.compiled_chunk(self.algorithm, self.config, state)
@@ -164,24 +182,3 @@ class Runner:
             entries = []
         text = json.dumps([*entries, {name: round(value, 3) for name, value in entry.items()}], indent=1)
         write_whole(self.folder.timing, lambda path: path.write_text(text + "\n"))
-
-
-class _Session:
-    """Clock of one uninterrupted stretch of a run."""
-
-    def __init__(self, steps_before: int):
-        self._began = self._saved = time.monotonic()
-        self._steps_before = steps_before
-
-    def seconds(self) -> float:
-        return time.monotonic() - self._began
-
-    def rate(self, steps: int) -> float:
-        """Environment steps per second of all seeds together, so far."""
-        return (steps - self._steps_before) / self.seconds()
-
-    def save_is_due(self, every: float) -> bool:
-        return time.monotonic() - self._saved >= every
-
-    def saved(self) -> None:
-        self._saved = time.monotonic()

@@ -1,0 +1,53 @@
+"""One uninterrupted stretch of a run: its clock, and how much to live before looking up."""
+
+import time
+
+PATIENCE = 2.0
+"""Seconds that one call of a program takes about, where a generation is that short: nobody who asks a run to
+stop is to wait for longer."""
+
+
+class Session:
+    """Clock of one uninterrupted stretch of a run.
+
+    Args:
+        steps_before: environment steps that were lived before.
+        most_seconds: after so many it is over; None for no limit.
+    """
+
+    def __init__(self, steps_before: int, most_seconds: float | None = None):
+        self._began = self._saved = self._called = time.monotonic()
+        self._steps_before = steps_before
+        self._most_seconds = most_seconds
+        self._seconds_each: float | None = None
+
+    def seconds(self) -> float:
+        """Since it began."""
+        return time.monotonic() - self._began
+
+    def rate(self, steps: int) -> float:
+        """Environment steps per second of all seeds together, so far."""
+        return (steps - self._steps_before) / self.seconds()
+
+    def is_over(self) -> bool:
+        """Whether its time is up."""
+        return self._most_seconds is not None and self.seconds() >= self._most_seconds
+
+    def generations(self, left: int) -> int:
+        """How many generations to live in the next call of the program, of those up to the next report."""
+        self._called = time.monotonic()
+        if self._seconds_each is None:
+            return 1
+        return max(1, min(left, int(PATIENCE / max(self._seconds_each, 1e-6))))
+
+    def lived(self, generations: int) -> None:
+        """That call is back."""
+        self._seconds_each = (time.monotonic() - self._called) / generations
+
+    def save_is_due(self, every: float) -> bool:
+        """Whether so many seconds have passed since the last save."""
+        return time.monotonic() - self._saved >= every
+
+    def saved(self) -> None:
+        """The state has just been saved."""
+        self._saved = time.monotonic()
