@@ -41,12 +41,12 @@ def initial_state(algorithm: Algorithm, seed: Array) -> RunState:
 
 
 def one_generation(
-    algorithm: Algorithm, config: RunConfig, run: RunState
+    algorithm: Algorithm, config: RunConfig, budget: Int[Array, ""], run: RunState
 ) -> tuple[RunState, dict[str, Array]]:
     """One generation of one seed, and its champion's score on fresh episodes."""
     state, metrics = algorithm.step(run.algorithm)
     champion = algorithm.team(state)
-    within_budget = metrics["environment_steps"] <= config.steps
+    within_budget = metrics["environment_steps"] <= budget
     team = jax.tree.map(lambda new, old: jnp.where(within_budget, new, old), champion, run.team)
     generation = run.generation + 1
     key = jax.random.fold_in(run.score_key, generation)
@@ -55,12 +55,14 @@ def one_generation(
     return RunState(state, team, run.score_key, generation, metrics["environment_steps"]), metrics
 
 
-def chunk(algorithm: Algorithm, config: RunConfig, runs: RunState) -> tuple[RunState, dict[str, Array]]:
+def chunk(
+    algorithm: Algorithm, config: RunConfig, budget: Int[Array, ""], runs: RunState
+) -> tuple[RunState, dict[str, Array]]:
     """`generations_per_report` generations of every seed; metrics have axes [seeds, generations]."""
 
     def of_seed(run: RunState) -> tuple[RunState, dict[str, Array]]:
         return jax.lax.scan(
-            lambda carry, _: one_generation(algorithm, config, carry),
+            lambda carry, _: one_generation(algorithm, config, budget, carry),
             run,
             length=config.generations_per_report,
         )
@@ -71,13 +73,21 @@ def chunk(algorithm: Algorithm, config: RunConfig, runs: RunState) -> tuple[RunS
 def compiled_chunk(
     algorithm: Algorithm, config: RunConfig, runs: RunState
 ) -> Callable[[RunState], tuple[RunState, dict[str, Array]]]:
-    """`chunk` as a program for such runs. Its input is donated, so that the buffer is updated in place."""
-    return compiled(lambda runs: chunk(algorithm, config, runs), runs, donate_argnums=0)
+    """`chunk` as a program for such runs. Its input is donated, so that the buffer is updated in place.
+
+    The budget is no part of the program, so that a run that goes on beyond it need not be compiled again
+    where JAX keeps what it has compiled.
+    """
+    budget = jnp.asarray(config.steps, jnp.int32)
+    program = compiled(
+        lambda runs, budget: chunk(algorithm, config, budget, runs), runs, budget, donate_argnums=0
+    )
+    return lambda runs: program(runs, budget)
 
 
-def compiled(function: Callable[..., Any], argument: PyTree, **options: Any) -> Callable[..., Any]:
-    """A function compiled for such an argument; on a CPU at LLVM's first level, if `XLA_FLAGS` names none."""
-    program = jax.jit(function, **options).lower(argument)
+def compiled(function: Callable[..., Any], *arguments: PyTree, **options: Any) -> Callable[..., Any]:
+    """A function compiled for such arguments; on a CPU at LLVM's first level, if `XLA_FLAGS` names none."""
+    program = jax.jit(function, **options).lower(*arguments)
     ours = jax.default_backend() == "cpu" and OPTIMIZATION_LEVEL not in os.environ.get("XLA_FLAGS", "")
     return program.compile({OPTIMIZATION_LEVEL: "1"} if ours else None)
 
