@@ -60,6 +60,13 @@ def pytest_collection_finish() -> None:
     gc.set_threshold(50_000, 20, 20)
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Forgets a file's compiled programs: with gigabytes of them around, each new one takes twice as long."""
+    if nextitem is not None and nextitem.path != item.path:
+        jax.clear_caches()
+
+
 @pytest.fixture
 def finished():
     """The folder of a finished run. Read only: all tests share it."""

@@ -33,15 +33,14 @@ LEARNER: dict[str, Any] = {
 def trained(algorithm: Any, generations: int = 60) -> tuple[np.ndarray, Any]:
     """What each agent does after training, and the metrics of every generation."""
 
+    @jax.jit
     def run(key):
         state = algorithm.init(key)
-        return jax.lax.scan(lambda carry, _: algorithm.step(carry), state, length=generations)
+        state, metrics = jax.lax.scan(lambda carry, _: algorithm.step(carry), state, length=generations)
+        team = algorithm.team(state)
+        return team.act(jnp.full((AGENTS, 4), 0.5), team.initial_memory(), jax.random.key(2)), metrics
 
-    state, metrics = jax.jit(run)(jax.random.key(0))
-    observation = jnp.full((AGENTS, 4), 0.5)
-    action, _, choice = algorithm.team(state).act(
-        observation, algorithm.team(state).initial_memory(), jax.random.key(2)
-    )
+    (action, _, choice), metrics = run(jax.random.key(0))
     assert choice.tolist() == [0] * AGENTS
     return np.asarray(action[:, 0]), jax.device_get(metrics)
 

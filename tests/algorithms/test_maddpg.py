@@ -57,7 +57,7 @@ def test_agents_agree_on_discrete_actions() -> None:
     team = algorithm.team(jax.jit(run)(jax.random.key(0)))
     seen = jnp.stack([jnp.eye(CHOICES), jnp.zeros((CHOICES, CHOICES))], axis=1)
     act = jax.vmap(lambda shown: team.act(shown, team.initial_memory(), jax.random.key(1))[0])
-    np.testing.assert_array_equal(act(seen), BEST)
+    np.testing.assert_array_equal(jax.jit(act)(seen), BEST)
 
 
 def explored(algorithm: Any, state: Any, worlds: int) -> Trajectories:
@@ -134,10 +134,15 @@ def test_a_row_is_a_step_of_the_whole_team(reward: str) -> None:
 def test_agents_may_be_paid_their_part_of_the_team_s_reward() -> None:
     algorithm = sc.MATD3(Wheels(), reward="D")
     env, learning = algorithm._lived_in, algorithm._actors
-    state = algorithm.init(jax.random.key(0))
-    start = Start.draw(env, jax.random.key(1), 3)
-    lived = rollout(env, learning.explorers(jax.random.key(2), state.actors, start), jax.random.key(3))[1]
-    batch = learning._batch(learning._rows_of(lived)[0])
+
+    @jax.jit
+    def explored(key):
+        start = Start.draw(env, jax.random.key(1), 3)
+        lineup = learning.explorers(jax.random.key(2), algorithm.init(key).actors, start)
+        lived = rollout(env, lineup, jax.random.key(3))[1]
+        return lived, learning._batch(learning._rows_of(lived)[0])
+
+    lived, batch = explored(jax.random.key(0))
     np.testing.assert_allclose(batch.reward, lived.action[0, ..., 0] * Wheels.ways[None], rtol=1e-5)
 
 

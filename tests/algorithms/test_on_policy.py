@@ -152,7 +152,7 @@ def test_difference_rewards_are_each_agents_own_and_no_skill() -> None:
 
 def test_a_team_explores_while_it_learns_and_not_when_it_is_scored() -> None:
     algorithm = sc.COMA(Picking(), choose="actions", episodes=8, coma=sc.COMALearnerConfig(first_floor=0.9))
-    state = algorithm.init(jax.random.key(0))
+    state = jax.jit(algorithm.init)(jax.random.key(0))
     assert float(algorithm._learner.floor(state.learner)) == pytest.approx(0.9)
     assert float(algorithm.team(state).floor) == 0
 

@@ -153,7 +153,7 @@ def test_helpers_pay_where_an_agent_alone_adds_nothing(near: int, paid: list[flo
     env = rovers(spatial_coupling=3, parents={})
     places = np.full((AGENTS, 2), 50.0, np.float32)
     places[:near] = [1.0, 1.0]
-    state, _ = env.reset(jax.random.key(0))
+    state, _ = jax.jit(env.reset)(jax.random.key(0))
     state = dataclasses.replace(
         state, position=jnp.asarray(places), poi_position=jnp.array([[1.0, 1.0], [-60.0, 0.0]])
     )
@@ -161,7 +161,7 @@ def test_helpers_pay_where_an_agent_alone_adds_nothing(near: int, paid: list[flo
     for credit, expected in (("D++", paid), ("D", [0.5 * (near == 3) * (one < 3) for one in range(AGENTS)])):
         world = Credited(env, credit)
         begun = dataclasses.replace(
-            world.reset(jax.random.key(0))[0], world=state, others=world._teams.begin(state)
+            jax.jit(world.reset)(jax.random.key(0))[0], world=state, others=world._teams.begin(state)
         )
         _, step = jax.jit(world.step)(begun, still, jax.random.key(1))
         np.testing.assert_allclose(step.local_rewards[:, -1], expected, atol=1e-6)
@@ -173,7 +173,7 @@ def test_one_alone_is_credited_with_everything() -> None:
     for credit in ("D", "D++"):
         world = Credited(env, credit)
         assert world.skills == (*env.skills, credit)
-        many, _ = world.reset_worlds(jax.random.split(jax.random.key(4), WORLDS))
+        many, _ = jax.jit(world.reset_worlds)(jax.random.split(jax.random.key(4), WORLDS))
         step = jax.jit(world.step_worlds)
         paid = 0.0
         for _ in range(6):
@@ -187,7 +187,7 @@ def test_one_alone_is_credited_with_everything() -> None:
 def test_rovers_that_differ_are_credited_too() -> None:
     env = credited(sc.make("rover-t2-crew", episode_length=STEPS), "D")
     assert env.types == () and env.skills[-1] == "D"
-    state, _ = env.reset(jax.random.key(0))
+    state, _ = jax.jit(env.reset)(jax.random.key(0))
     _, step = jax.jit(env.step)(state, jnp.zeros((env.n_agents, env.action_size)), jax.random.key(1))
     assert step.local_rewards.shape == (env.n_agents, len(env.skills))
 
@@ -229,11 +229,13 @@ def learned(reward: str) -> np.ndarray:
         exploration_noise=0.6,
         learner=sc.TD3Config(batch_size=32, **RATES, network=sc.NetworkConfig(hidden=(4,))),
     )
-    state, _ = jax.jit(lambda s: jax.lax.scan(lambda s, _: td3.step(s), s, length=3))(
-        td3.init(jax.random.key(0))
-    )
-    team = td3.team(state)
-    action, _, _ = team.act(jnp.ones((5, 1)), team.initial_memory(), jax.random.key(1))
+
+    @jax.jit
+    def does(key):
+        team = td3.team(jax.lax.scan(lambda state, _: td3.step(state), td3.init(key), length=3)[0])
+        return team.act(jnp.ones((5, 1)), team.initial_memory(), jax.random.key(1))[0]
+
+    action = does(jax.random.key(0))
     return np.asarray(action)[:, 0] * Wheels.ways
 
 
@@ -247,7 +249,7 @@ def test_coevolution_breeds_each_agent_s_individuals_for_it(credit: str) -> None
     """Whoever goes its way farthest is the best of its subpopulation, whoever it was teamed up with."""
     plain = sc.EvolutionConfig(elites=1, lineage_prior=0.0, champion_prior=0.0)
     ccea = sc.CCEA(Wheels(), reward=credit, population=12, episodes=1, evolution=plain)
-    begun = ccea.init(jax.random.key(3))
+    begun = jax.jit(ccea.init)(jax.random.key(3))
     after, _ = jax.jit(ccea.step)(begun)
     teams = ccea._search._evolver.genomes(begun.search)
 
@@ -255,7 +257,7 @@ def test_coevolution_breeds_each_agent_s_individuals_for_it(credit: str) -> None
         team = ccea._make_team(ccea._search._codec.decode(genome))
         return team.act(jnp.ones((5, 1)), team.initial_memory(), jax.random.key(1))[0][:, 0] * Wheels.ways
 
-    own = jax.vmap(goes)(teams)
+    own = jax.jit(jax.vmap(goes))(teams)
     best = jax.vmap(lambda team, agent: teams.reshape(12, 5, -1)[team, agent])(own.argmax(0), jnp.arange(5))
     np.testing.assert_array_equal(ccea._search._evolver.champion(after.search), best.reshape(-1))
 

@@ -21,8 +21,8 @@ from oracles.rover_cases import (
     NEVER,
     WORLDS,
     best_visits,
+    compiled_reset,
     compiled_step,
-    environment,
     one_world,
     oracle_world,
     random_actions,
@@ -181,7 +181,7 @@ def lived(case: str, steps: int) -> tuple[list, np.ndarray]:
     """Worlds from their beginning on, world axis last; and what each team is paid in all."""
     world, rng = oracle_world(**CASES[case]), np.random.default_rng(8)
     state, keys = random_states(world, rng), jax.random.split(jax.random.key(8), WORLDS)
-    blank = environment(case).reset_worlds(keys)[0]
+    blank = compiled_reset(case)(keys)[0]
     state = dataclasses.replace(state, observed=blank.observed, closest=blank.closest, time=blank.time)
     states, total = [state], np.zeros(WORLDS)
     for _ in range(steps):
@@ -221,8 +221,8 @@ def test_over_an_episode_the_value_of_what_is_observed_is_paid() -> None:
 
 
 def test_an_episode_starts_without_a_visit_and_other_rewards_remember_none() -> None:
-    assert np.asarray(CHAIN.env.reset(jax.random.key(0))[0].closest).tolist() == [0.0, 0.0]
-    state, _ = VALUE.env.reset(jax.random.key(0))
+    assert np.asarray(jax.jit(CHAIN.env.reset)(jax.random.key(0))[0].closest).tolist() == [0.0, 0.0]
+    state, _ = jax.jit(VALUE.env.reset)(jax.random.key(0))
     assert state.closest is None and VALUE.env.counterfactual(state).closest is None
 
 

@@ -319,7 +319,7 @@ def test_newcomers_who_have_been_lucky_crowd_out_no_veteran(veterans: int) -> No
     # Eleven generations before this one were at 0.3.
     level = Level(jnp.array(0.3), jnp.array(11.0))
     state = dataclasses.replace(GeneticState.create(genomes), lineage=lineage, level=level)
-    after = next_generation(jax.random.key(0), state, jnp.ones(8), config)
+    after = jax.jit(lambda state: next_generation(jax.random.key(0), state, jnp.ones(8), config))(state)
     elites = after.genomes[:ELITES, 0].astype(int).tolist()
     assert set(elites) - {2} <= {0, 1, 3, 4}
     assert elites.count(2) == veterans
@@ -351,7 +351,8 @@ def test_migrants_take_the_places_of_the_worst(arrive: bool) -> None:
     state = dataclasses.replace(GeneticState.create(genomes), lineage=lineage)
     fitness = jnp.asarray(rng.uniform(0, 1, POPULATION).astype(np.float32))
     newcomers = Migrants(jnp.full((2, GENES), 9.0), jnp.array([0.25, 0.5]), jnp.asarray(arrive))
-    after, told, weights = evolver._admit(state, fitness, 1.0, newcomers)
+    admit = jax.jit(lambda state, fitness, newcomers: evolver._admit(state, fitness, 1.0, newcomers))
+    after, told, weights = admit(state, fitness, newcomers)
     known = 4 * np.asarray(mean) + np.asarray(fitness)
     worst = set(np.argsort(known)[:2].tolist()) if arrive else set()
     assert set(np.flatnonzero((np.asarray(after.genomes) == 9.0).all(1)).tolist()) == worst

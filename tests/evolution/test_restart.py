@@ -1,7 +1,8 @@
 """A genetic search that stalls low begins anew, and keeps the best that it gave up."""
 
 import dataclasses
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -100,21 +101,22 @@ def test_a_lucky_newcomer_is_no_improvement() -> None:
     """The fitness that counts is the surest individual's, drawn to the population's mean by its prior."""
     wary = GeneticAlgorithm(dataclasses.replace(CONFIG, champion_prior=20.0), draw)
     fitness = jnp.full(POPULATION, 0.1).at[3].set(1.0)
-    after = wary.next_generation(key_of(0), FIRST, fitness)
+    after = jax.jit(wary.next_generation)(key_of(0), FIRST, fitness)
     mean = float(fitness.mean())
     assert float(after.progress.fitness) == pytest.approx((1.0 + 20 * mean) / 21, rel=1e-5)
 
 
 def test_without_patience_nothing_begins_anew_and_no_number_changes() -> None:
-    state, before = FIRST, None
+    state, before, plain = FIRST, None, jax.jit(PLAIN.next_generation)
     for generation in range(8):
-        before, state = state, PLAIN.next_generation(key_of(generation), state, jnp.full(POPULATION, 0.1))
+        before, state = state, plain(key_of(generation), state, jnp.full(POPULATION, 0.1))
         assert state.lineage.evaluations.any()
     assert int(state.progress.waited) == 7
     key = jax.random.key(3)
     fitness = jnp.linspace(0, 1, POPULATION)
-    same = PLAIN.next_generation(jax.random.split(key)[0], before, fitness)
-    np.testing.assert_array_equal(patient(100).next_generation(key, before, fitness).genomes, same.genomes)
+    same = plain(jax.random.split(key)[0], before, fitness)
+    wary = jax.jit(patient(100).next_generation)(key, before, fitness)
+    np.testing.assert_array_equal(wary.genomes, same.genomes)
 
 
 @pytest.mark.parametrize(
@@ -156,11 +158,25 @@ def follow(
     anew, progress = [], Progress.create(jnp.full(GENES, -1.0), config)
     for generation, value in enumerate(fitness):
         of_all = value + spread * np.linspace(-0.5, 0.5, 5) if others is None else others
-        progress = progress.observe(jnp.float32(value), jnp.asarray(of_all, jnp.float32), config)
-        if bool(progress.stalled(config)):
+        genome = np.full(GENES, generation, np.float32)
+        told = np.float32(value), np.asarray(of_all, np.float32)
+        stalled, progress, begun = one_generation(config)(progress, *told, genome)
+        if stalled:
             anew.append(generation)
-            progress = progress.begin_anew(jnp.full(GENES, float(generation)), config)
+            progress = begun
     return anew, progress
+
+
+@functools.cache
+def one_generation(config: RestartConfig) -> Callable[..., tuple]:
+    """Whether the search has stalled after a generation, its progress, and that of a search begun anew."""
+
+    @jax.jit
+    def told(progress, value, of_all, genome):
+        progress = progress.observe(value, of_all, config)
+        return progress.stalled(config), progress, progress.begin_anew(genome, config)
+
+    return told
 
 
 @pytest.mark.parametrize("level", [-15.0, 0.0, 2000.0])
@@ -186,8 +202,8 @@ def test_when_it_begins_anew_does_not_depend_on_the_scale(times: float, plus: fl
     whens = set()
     for _ in range(30):
         fitness = rng.integers(0, 3, 16) / 64
-        whens.add(tuple(follow(FREE, *fitness, spread=0.5)[0]))
         expected, progress = follow(FREE, *fitness, spread=0.5)
+        whens.add(tuple(expected))
         found, scaled = follow(FREE, *(times * fitness + plus), spread=times * 0.5)
         assert found == expected
         np.testing.assert_array_equal(scaled.kept, progress.kept)

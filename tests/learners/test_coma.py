@@ -81,7 +81,7 @@ def test_policies_climb_what_is_better_than_average() -> None:
     quick = COMALearnerConfig(minibatches=2, learning_rate=3e-3)
     learning = COMA(quick, oracle.CHOOSERS, NETWORK, NETWORK)
     experience = oracle.lived(0)
-    state = learning.init(jax.random.key(0))
+    state = jax.jit(learning.init)(jax.random.key(0))
     values = jnp.zeros((oracle.TIME, oracle.WORLDS, oracle.AGENTS, oracle.CHOICES)).at[..., 2].set(1.0)
     floor = jnp.zeros(())
     step = jax.jit(learning._policy_step)

@@ -1,6 +1,7 @@
 """LIIR's two levels: policies follow a learned reward, which follows the team's through them."""
 
 import dataclasses
+import functools
 
 import jax
 import jax.flatten_util
@@ -11,7 +12,7 @@ import pytest
 from oracles import on_policy as oracle
 from oracles.refusals import refusal, unhooked
 from skillcrew.learners import liir
-from skillcrew.learners.liir import LIIR, LIIRLearnerConfig
+from skillcrew.learners.liir import LIIR, LIIRLearnerConfig, LIIRState
 from skillcrew.policies.memory import PolicyConfig
 
 NETWORK = PolicyConfig(hidden=(6,), input_scaling="none", sharing="team")
@@ -20,6 +21,12 @@ NETWORK = PolicyConfig(hidden=(6,), input_scaling="none", sharing="team")
 def learner(**fields) -> LIIR:
     config = LIIRLearnerConfig(**{"minibatches": 2, "epochs": 2, "weight": 0.5, **fields})
     return LIIR(config, oracle.CHOOSERS, NETWORK, NETWORK)
+
+
+@functools.cache
+def begun() -> LIIRState:
+    """How every learner begins, whatever its rates and weights are."""
+    return jax.jit(learner().init)(jax.random.key(0))
 
 
 def test_the_outer_gradient_is_that_of_finite_differences() -> None:
@@ -60,9 +67,9 @@ def test_policies_follow_the_learned_reward() -> None:
     third = (experience.taken == 2).astype(jnp.float32)
     nothing = jnp.zeros_like(experience.reward)
     experience = dataclasses.replace(experience, reward=nothing)
-    state = learning.init(jax.random.key(0))
+    state = begun()
     learning.intrinsic_reward = lambda intrinsic, lived: third
-    lived = learning._judged(state, experience)
+    lived = jax.jit(learning._judged)(state, experience)
     step = jax.jit(lambda policies_state: learning.after_policy_step(policies_state, state.intrinsic, lived))
     for _ in range(60):
         policies, optimiser, _ = step(state)
@@ -77,13 +84,14 @@ def test_the_learned_reward_comes_to_pay_what_the_team_is_paid_for() -> None:
     experience = oracle.lived(0)
     paid = ((experience.taken == 1) & experience.mask[..., None]).astype(jnp.float32)
     experience = dataclasses.replace(experience, reward=paid)
-    state = learning.init(jax.random.key(0))
+    state = begun()
 
-    def gap(state) -> float:
+    @jax.jit
+    def gap(state):
         reward = learning.intrinsic_reward(state.intrinsic, experience)
         second = (experience.taken == 1) & experience.decides
         others = (experience.taken != 1) & experience.decides
-        return float(reward[second].mean() - reward[others].mean())
+        return reward.mean(where=second) - reward.mean(where=others)
 
     before = gap(state)
     update = jax.jit(learning.update)
@@ -94,7 +102,7 @@ def test_the_learned_reward_comes_to_pay_what_the_team_is_paid_for() -> None:
 
 def test_intrinsic_rewards_are_each_agents_own_and_bounded() -> None:
     learning, experience = learner(), oracle.lived(0)
-    state = learning.init(jax.random.key(0))
+    state = begun()
     reward = learning.intrinsic_reward(state.intrinsic, experience)
     assert (jnp.abs(reward) <= 1).all()
     other = dataclasses.replace(
@@ -106,11 +114,9 @@ def test_intrinsic_rewards_are_each_agents_own_and_bounded() -> None:
 
 def test_a_masked_step_changes_nothing_and_nothing_is_infinite() -> None:
     learning = learner()
+    state, update = begun(), jax.jit(learning.update)
     states = [
-        jax.jit(learning.update)(
-            learning.init(jax.random.key(0)), oracle.lived(0, padding=padding), jax.random.key(1)
-        )
-        for padding in (0.0, float("nan"))
+        update(state, oracle.lived(0, padding=padding), jax.random.key(1)) for padding in (0.0, float("nan"))
     ]
     for left, right in zip(*map(jax.tree.leaves, states), strict=True):
         np.testing.assert_array_equal(left, right)

@@ -114,7 +114,7 @@ def test_critics_see_their_own_agent_or_all_and_policies_their_own_alone(view: V
 
 def test_a_joint_critic_is_told_whose_value_is_asked() -> None:
     learning = learner(view="joint")
-    state = learning.init(jax.random.key(0))
+    state = jax.jit(learning.init)(jax.random.key(0))
     values = learning._critics.values(state.critics, oracle.lived(0).observation)
     assert (jnp.abs(values[..., 0] - values[..., 1]) > 1e-4).all()
 

@@ -286,14 +286,19 @@ def is_done(world: World, state: State) -> bool:
     return all(state.observed) if world.team_reward == "value" else all(types_observed(world, state.observed))
 
 
-def step(world: World, state: State, action: np.ndarray) -> tuple[State, Outcome]:
-    """One step of one world: move, observe POIs, pay, sense."""
+def advanced(world: World, state: State, action: np.ndarray) -> tuple[State, State]:
+    """Everything has moved, first with what was observed before, then with what is observed now."""
     position, heading = moved(world, state, action)
     poi_position, poi_direction = drifted(world, state)
     there = dataclasses.replace(
         state, position=position, heading=heading, poi_position=poi_position, poi_direction=poi_direction
     )
-    after = after_visits(world, there)
+    return there, after_visits(world, there)
+
+
+def step(world: World, state: State, action: np.ndarray) -> tuple[State, Outcome]:
+    """One step of one world: move, observe POIs, pay, sense."""
+    there, after = advanced(world, state, action)
     terminated = is_done(world, after)
     return after, Outcome(
         observation=observe(world, after),

@@ -1,6 +1,7 @@
 """What the oracle of the Rover Domain works on: its rules, a state, and what a step returns."""
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -57,15 +58,24 @@ class World:
     """Empty where rovers are alike. The first rovers are of the first kind."""
 
     def kind_of(self, agent: int) -> int:
-        return [place for place, kind in enumerate(self.kinds) for _ in range(kind.rovers)][agent]
+        return self._kinds_of_rovers[agent]
 
     def of(self, agent: int) -> "World":
         """The rules as they are for one rover."""
-        if not self.kinds:
-            return self
-        kind = self.kinds[self.kind_of(agent)]
+        return self._of_kinds[self.kind_of(agent)] if self.kinds else self
+
+    # Kept, since every step asks for them many times.
+    @functools.cached_property
+    def _kinds_of_rovers(self) -> list[int]:
+        return [place for place, kind in enumerate(self.kinds) for _ in range(kind.rovers)]
+
+    @functools.cached_property
+    def _of_kinds(self) -> list["World"]:
         fields = ("max_turn", "max_speed", "n_sectors", "radius")
-        return dataclasses.replace(self, **{field: getattr(kind, field) for field in fields})
+        return [
+            dataclasses.replace(self, **{field: getattr(kind, field) for field in fields})
+            for kind in self.kinds
+        ]
 
     @property
     def n_types(self) -> int:

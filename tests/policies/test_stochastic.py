@@ -1,5 +1,6 @@
 """Teams that draw what they do, and choices that are kept."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -18,11 +19,11 @@ OBSERVED = jax.random.normal(jax.random.key(9), (AGENTS, OBSERVATION))
 
 def team(options: Options, hold: int = 1, floor: float = 0.0, greedy: bool = False, memory: int = 0):
     config = PolicyConfig(hidden=(8,), memory=memory, input_scaling="none")
-    policies = jax.vmap(lambda key: StochasticPolicy.create(key, OBSERVATION, options, config))(
+    network = NetworkConfig(hidden=(8,), input_scaling="none")
+    policies = jax.jit(jax.vmap(lambda key: StochasticPolicy.create(key, OBSERVATION, options, config)))(
         jax.random.split(jax.random.key(0), AGENTS)
     )
-    network = NetworkConfig(hidden=(8,), input_scaling="none")
-    skills = jax.vmap(lambda key: Actor.create(key, OBSERVATION, ACTION, network))(
+    skills = jax.jit(jax.vmap(lambda key: Actor.create(key, OBSERVATION, ACTION, network)))(
         jax.random.split(jax.random.key(1), SKILLS)
     )
     chosen = None if options.continuous or options.size != SKILLS else skills
@@ -33,7 +34,7 @@ def lived(acting: StochasticTeam, steps: int) -> np.ndarray:
     """Each agent's choices."""
 
     def one_step(memory, key):
-        _, memory, choice = acting.act(OBSERVED, memory, key)
+        _, memory, choice = eqx.filter_jit(acting.act)(OBSERVED, memory, key)
         return memory, choice
 
     keys = jax.random.split(jax.random.key(2), steps)
@@ -51,7 +52,7 @@ def test_policies_begin_nearly_even_and_orthogonal() -> None:
 
 def test_agents_act_by_the_skill_that_they_drew() -> None:
     acting = team(Options(SKILLS), memory=3)
-    action, _, choice = acting.act(OBSERVED, acting.initial_memory(), jax.random.key(5))
+    action, _, choice = eqx.filter_jit(acting.act)(OBSERVED, acting.initial_memory(), jax.random.key(5))
     for agent in range(AGENTS):
         skill = jax.tree.map(lambda leaf, own=int(choice[agent]): leaf[own], acting.skills)
         np.testing.assert_allclose(action[agent], skill(OBSERVED[agent]), rtol=1e-5)
@@ -72,12 +73,12 @@ def test_what_an_agent_does_not_have_it_never_chooses_not_even_to_explore() -> N
 
 def test_primitive_actions_are_drawn_too() -> None:
     moving = team(Options(ACTION, continuous=True))
-    action, _, choice = moving.act(OBSERVED, moving.initial_memory(), jax.random.key(5))
+    action, _, choice = eqx.filter_jit(moving.act)(OBSERVED, moving.initial_memory(), jax.random.key(5))
     assert action.shape == (AGENTS, ACTION)
     assert (jnp.abs(action) < 1).all()
     assert choice.tolist() == [0] * AGENTS
     picking = team(Options(7))
-    action, _, choice = picking.act(OBSERVED, picking.initial_memory(), jax.random.key(5))
+    action, _, choice = eqx.filter_jit(picking.act)(OBSERVED, picking.initial_memory(), jax.random.key(5))
     assert action.dtype == jnp.int32
     assert choice.tolist() == [0] * AGENTS
 
@@ -97,7 +98,7 @@ def test_when_there_was_a_choice_is_told_by_the_choices_alone() -> None:
     memory = acting.initial_memory()
     for key in jax.random.split(jax.random.key(2), 40):
         free.append(np.asarray(memory[1] <= 0))
-        _, memory, choice = acting.act(OBSERVED, memory, key)
+        _, memory, choice = eqx.filter_jit(acting.act)(OBSERVED, memory, key)
         choices.append(choice)
     np.testing.assert_array_equal(decided(jnp.stack(choices), 3), np.stack(free))
     assert decided(jnp.stack(choices), 1).all()
