@@ -91,7 +91,11 @@ def test_reports_come_when_they_would_have_come_after_one_was_cut_short(counting
 
 @pytest.mark.parametrize(
     ("field", "value", "said"),
-    [("max_seconds", 0.0, "positive"), ("warning_signal", "USR9", "USR1"), ("warning_signal", "KILL", "USR1")],
+    [
+        ("max_seconds", 0.0, "positive"),
+        ("warning_signal", "USR9", "USR1"),
+        ("warning_signal", "KILL", "USR1"),
+    ],
 )
 def test_values_that_make_no_sense(field, value, said):
     with pytest.raises(sc.UserError, match=said) as caught:
