@@ -26,6 +26,7 @@ class Episodes(eqx.Module):
     """How the episodes of a batch of worlds went, one a world. Steps after an episode's end are padding."""
 
     team_reward: Float[Array, "*time worlds"]
+    """NaN from the step on at which an agent has seen a number that is not finite."""
     terminated: Bool[Array, "*time worlds"]
     mask: Bool[Array, "*time worlds"]
     """True for the steps that count: up to an episode's end, and padding after it."""
@@ -188,7 +189,7 @@ def rollout(
     world = uniform(env)
 
     def live_one_step(carry, keys):
-        state, observation, memory, running = carry
+        state, observation, memory, running, sound = carry
         key_policy, key_noise, key_env = keys
         seen = jnp.moveaxis(observation, -1, 0)
         action, memory, choice = lineup.policy(seen, memory, jax.random.split(key_policy, worlds))
@@ -196,22 +197,26 @@ def rollout(
             action = _explored(key_noise, action, jnp.asarray(noise), env.choices)
         keys_env = jax.random.split(key_env, worlds)
         state, step = world.step_worlds(state, jnp.moveaxis(action, 0, -1), keys_env)
-        episodes = Episodes(step.team_reward, step.terminated, running)
+        # What agents see is recorded of some worlds only; what the team is paid is looked at in all.
+        sound = sound & jnp.isfinite(observation).all((0, 1))
+        team_reward = jnp.where(sound, step.team_reward, jnp.nan)
+        episodes = Episodes(team_reward, step.terminated, running)
         trajectories = Trajectories(
             observation=seen,
             action=_rows(action, env),
             next_observation=jnp.moveaxis(step.observation, -1, 0),
             local_rewards=jnp.moveaxis(step.local_rewards, -1, 0),
-            team_reward=step.team_reward,
+            team_reward=team_reward,
             terminated=step.terminated,
             choice=choice,
             mask=running,
         )
         kept = jax.tree.map(lambda leaf: leaf[recorded], trajectories)
         running = running & ~step.terminated & ~step.truncated
-        return (state, step.observation, memory, running), (episodes, kept)
+        return (state, step.observation, memory, running, sound), (episodes, kept)
 
-    carry = (start.state, start.observation, lineup.memory, jnp.ones(worlds, bool))
+    yes = jnp.ones(worlds, bool)
+    carry = (start.state, start.observation, lineup.memory, yes, yes)
     return jax.lax.scan(live_one_step, carry, jax.random.split(key, (env.episode_length, 3)))[1]
 
 

@@ -91,7 +91,7 @@ def test_a_disabled_plateau_never_stops() -> None:
 
 def test_nothing_is_known_at_the_start_and_the_first_return_is_taken_as_it_is() -> None:
     start = Plateau.create(SKILLS)
-    assert np.isnan(start.smoothed).all()
+    assert np.isneginf(start.smoothed).all()
     assert not start.stopped.any()
     after = start.observe(jnp.array([-7.0, 0.0, 3.0]), jnp.int32(1), CONFIG)
     assert after.smoothed.tolist() == after.best.tolist() == [-7, 0, 3]

@@ -1,6 +1,7 @@
 """`skillcrew resume RUN`."""
 
 import dataclasses
+from typing import Literal
 
 from skillcrew.cli.conclusion import run_and_report
 from skillcrew.cli.options import parse_options
@@ -27,6 +28,8 @@ class ResumeOptions:
     """Seconds after which it saves and stops as on Ctrl-C, compiling not counted. Default: the run's own."""
     warning_signal: str | None = None
     """A further signal on which it saves and stops, such as USR1. Default: the run's own."""
+    on_bad_numbers: Literal["stop", "roll-back"] | None = None
+    """What happens where a number is not finite; see `skillcrew train`. Default: the run's own."""
     trust: bool = False
     """Import the environment's class from wherever the folder says: that runs its code."""
     report_episodes: int = 1000
@@ -42,7 +45,7 @@ def run(words: list[str]) -> int:
     options = parse_options(ResumeOptions, words[1:], ResumeOptions(), f"skillcrew resume {words[0]}", USAGE)
     unfinished = Run(places[0], checkpoint=options.checkpoint, trust=options.trust)
     reporter = make_reporter(options.steps or unfinished.config.steps, unfinished.config.seeds)
-    given = {"max_seconds": options.max_seconds, "warning_signal": options.warning_signal}
+    given = {name: getattr(options, name) for name in ("max_seconds", "warning_signal", "on_bad_numbers")}
     session = {name: value for name, value in given.items() if value is not None}
     return run_and_report(
         lambda: unfinished.resume(options.steps, reporter, **session),

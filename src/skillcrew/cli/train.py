@@ -2,7 +2,7 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
 from skillcrew.cli.arguments import Seeds
@@ -44,6 +44,9 @@ class RunOptions:
     """Seconds after which it saves and stops as on Ctrl-C, compiling not counted; for queues that kill."""
     warning_signal: str | None = None
     """A further signal on which it saves and stops, such as the USR1 that Slurm sends before it kills."""
+    on_bad_numbers: Literal["stop", "roll-back"] = DEFAULTS.on_bad_numbers
+    """What happens where a number is not finite: "stop", which says where it came from, or "roll-back" to the
+    last checkpoint to go on from there by other random numbers, a few times."""
     save_buffer: bool = DEFAULTS.save_buffer
     """Keep the replay buffer in checkpoints; without, they are small but a resumed run differs."""
 

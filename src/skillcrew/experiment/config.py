@@ -2,7 +2,7 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pydantic
 import yaml
@@ -42,7 +42,13 @@ class RunConfig:
     warning_signal: str | None = None
     """A further signal on which it saves and stops, such as the USR1 that Slurm sends before it kills."""
 
+    on_bad_numbers: Literal["stop", "roll-back"] = "stop"
+    """What happens where a number is not finite: "stop", which says where it came from, or "roll-back" to the
+    last checkpoint to go on from there by other random numbers, a few times."""
+
     def __post_init__(self) -> None:
+        if self.on_bad_numbers not in ("stop", "roll-back"):
+            raise unknown_name("on_bad_numbers", self.on_bad_numbers, ("stop", "roll-back"))
         if self.max_seconds is not None and not self.max_seconds > 0:
             raise UserError(f"max_seconds = {self.max_seconds}: give a positive number")
         if self.warning_signal is not None:

@@ -8,17 +8,20 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Int, Key, PyTree
+from jaxtyping import Array, Bool, Int, Key, PyTree
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.experiment.config import RunConfig
-from skillcrew.experiment.score import measured
+from skillcrew.experiment.score import RETURN, measured
 from skillcrew.policies.team import Team
 from skillcrew.rollout import Lineup, Start, Trajectories, rollout
 
 OPTIMIZATION_LEVEL = "xla_backend_optimization_level"
 """XLA's option for how much LLVM does. On a CPU, what it adds beyond its first level makes a run's program
 compile half as long again, and run no faster."""
+
+ALWAYS_NUMBERS = ("fitness_best", "fitness_mean", RETURN.key)
+"""Metrics that are never NaN if all is well; the loss of a skill that does not learn is."""
 
 
 class RunState(eqx.Module):
@@ -62,20 +65,20 @@ def chunk(
     budget: Int[Array, ""],
     runs: RunState,
     generations: Int[Array, ""],
-) -> tuple[RunState, dict[str, Array]]:
+) -> tuple[RunState, dict[str, Array], Bool[Array, " seeds"]]:
     """Some generations of every seed.
 
     Args:
         generations: how many; up to `generations_per_report`.
 
     Returns:
-        The runs after them, and their metrics, with axes [seeds, `generations_per_report`]; rows beyond the
-        generations that were lived are 0.
+        The runs after them; their metrics, with axes [seeds, `generations_per_report`], of which rows beyond
+        the generations that were lived are 0; and whether there is no NaN in the runs and `ALWAYS_NUMBERS`.
     """
     # Traced once, for its shapes and for the loop.
     one = jax.jit(lambda run: one_generation(algorithm, config, budget, run))
 
-    def of_seed(run: RunState) -> tuple[RunState, dict[str, Array]]:
+    def of_seed(run: RunState) -> tuple[RunState, dict[str, Array], Bool[Array, ""]]:
         row = jax.eval_shape(one, run)[1]
         rows = jax.tree.map(
             lambda leaf: jnp.zeros((config.generations_per_report, *leaf.shape), leaf.dtype), row
@@ -85,14 +88,21 @@ def chunk(
             run, measured = one(carry[0])
             return run, jax.tree.map(lambda all, new: all.at[index].set(new), carry[1], measured)
 
-        return jax.lax.fori_loop(0, generations, live, (run, rows))
+        run, rows = jax.lax.fori_loop(0, generations, live, (run, rows))
+        return run, rows, is_sound((run, {name: rows[name] for name in ALWAYS_NUMBERS}))
 
     return jax.vmap(of_seed)(runs)
 
 
+def is_sound(numbers: PyTree) -> Bool[Array, ""]:
+    """Whether no number is NaN. Infinity stands for "none yet" in many a state."""
+    leaves = [leaf for leaf in jax.tree.leaves(numbers) if jnp.issubdtype(leaf.dtype, jnp.floating)]
+    return jnp.stack([jnp.ones((), bool), *(~jnp.isnan(leaf).any() for leaf in leaves)]).all()
+
+
 def compiled_chunk(
     algorithm: Algorithm, config: RunConfig, runs: RunState
-) -> Callable[..., tuple[RunState, dict[str, Array]]]:
+) -> Callable[..., tuple[RunState, dict[str, Array], Bool[Array, " seeds"]]]:
     """`chunk` as a program for such runs, of all generations up to a report if it is not told how many.
 
     Its input is donated, so that the buffer is updated in place. The budget is no part of the program: a run
@@ -121,6 +131,17 @@ def play(algorithm: Algorithm, team: Team, key: Key[Array, ""], episodes: int) -
     key_start, key_rollout = jax.random.split(key)
     start = Start.draw(algorithm.env, key_start, episodes)
     return rollout(algorithm.env, Lineup.of_team(team, start), key_rollout)[1]
+
+
+def with_other_keys(runs: PyTree, number: int) -> PyTree:
+    """The same runs, that draw other random numbers from here on."""
+
+    def other(leaf: Array) -> Array:
+        if not jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key):
+            return leaf
+        return jax.vmap(lambda key: jax.random.fold_in(key, number))(leaf.ravel()).reshape(leaf.shape)
+
+    return jax.tree.map(other, runs)
 
 
 def flat_arrays(state: PyTree) -> dict[str, Array]:

@@ -113,7 +113,7 @@ class Run:
             steps: a larger budget than the run had, to train on. What a seed lived beyond its old
                 budget kept no champion of its own: if the new budget ends within that, the old
                 budget's champion stays.
-            session: another `max_seconds` or `warning_signal` than the run has had.
+            session: another `max_seconds`, `warning_signal` or `on_bad_numbers` than the run has had.
 
         Raises:
             UserError: no or damaged checkpoints, another process trains in the folder, or it cannot be

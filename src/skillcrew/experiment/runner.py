@@ -12,19 +12,23 @@ import jax.numpy as jnp
 import numpy as np
 
 from skillcrew.algorithms.algorithm import Algorithm
-from skillcrew.errors import Notice
+from skillcrew.errors import Notice, UserError
 from skillcrew.experiment import generation
 from skillcrew.experiment.checkpoints import Checkpoints, instead
 from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.generation import RunState
+from skillcrew.experiment.health import first_bad
 from skillcrew.experiment.interrupts import Interrupts, watch_interrupts
 from skillcrew.experiment.metrics import MetricsLog, read_metrics
 from skillcrew.experiment.progress import Reporter
 from skillcrew.experiment.score import score_of
 from skillcrew.experiment.session import Session
 from skillcrew.policies.team import Team
+
+MOST_ROLL_BACKS = 3
+"""To the same checkpoint: who never gets any further has another trouble than bad luck."""
 
 
 class Interrupted(Exception):
@@ -47,6 +51,7 @@ class Runner:
         self.folder = folder
         self.reporter = reporter
         self._log = MetricsLog(config.seeds)
+        self._rolled_back = 0
         self._checkpoints = Checkpoints(folder.checkpoints, config.keep)
 
     def start(self) -> RunState:
@@ -107,7 +112,8 @@ class Runner:
 
         Raises:
             Interrupted: on a signal to stop or after `max_seconds`, once everything is saved.
-            UserError: the disk has no room for a checkpoint, said before anything is compiled, or filled up.
+            UserError: the disk has no room for a checkpoint, said before anything is compiled, or filled up;
+                or a number is not finite.
         """
         if self._done(state):
             self.reporter.note("Nothing to do: every seed has lived its budget of steps.")
@@ -117,7 +123,10 @@ class Runner:
         with watch_interrupts(self.config.warning_signal) as interrupts:
             session = Session(self._steps_lived(state), self.config.max_seconds)
             while not self._done(state):
-                state, metrics = self._up_to_report(compiled, state, session, interrupts)
+                state, metrics, sound = self._up_to_report(compiled, state, session, interrupts)
+                if not sound.all():
+                    state = self._after_bad_numbers(compiled)
+                    continue
                 self._log.add(metrics)
                 # Where its hanging up is the reason to stop, there is no terminal to report to.
                 if not interrupts.requested:
@@ -135,19 +144,53 @@ class Runner:
 
     def _up_to_report(
         self, compiled: Callable[..., Any], state: RunState, session: Session, interrupts: Interrupts
-    ) -> tuple[RunState, dict[str, np.ndarray]]:
-        """The generations up to the next report, or up to a request to stop, and their metrics."""
+    ) -> tuple[RunState, dict[str, np.ndarray], np.ndarray]:
+        """The generations up to the next report, or up to a request to stop.
+
+        Returns:
+            The state after them, their metrics, and for each seed whether no number is NaN.
+        """
         every = self.config.generations_per_report
         # Where a stop cut a report short, the next ones still come when they would have come.
         left = every - int(np.asarray(state.generation)[0]) % every
         parts: list[dict[str, np.ndarray]] = []
-        while left and not (parts and (interrupts.requested or session.is_over())):
+        sound = np.ones(len(self.config.seeds), bool)
+        while left and sound.all() and not (parts and (interrupts.requested or session.is_over())):
             count = session.generations(left)
-            state, metrics = compiled(state, count)
+            state, metrics, is_sound = compiled(state, count)
+            sound = np.asarray(is_sound)
             parts.append({name: np.asarray(values)[:, :count] for name, values in metrics.items()})
             session.lived(count)
             left -= count
-        return state, {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+        metrics = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+        return state, metrics, sound
+
+    def _after_bad_numbers(self, compiled: Callable[..., Any]) -> RunState:
+        """The last good state, to go on from by other random numbers.
+
+        Raises:
+            UserError: that is not asked for, or was done often enough; says where the bad number came from.
+        """
+        # Rows that no checkpoint has yet are lived again.
+        self._log = MetricsLog(self.config.seeds)
+        self._rolled_back += 1
+        if self.config.on_bad_numbers == "roll-back" and self._rolled_back <= MOST_ROLL_BACKS:
+            self.reporter.note("A number is not finite: rolls back, and goes on by other random numbers.")
+            return generation.with_other_keys(self.restore(), self._rolled_back)
+        state = self.restore()
+        kept = f"generation {int(np.asarray(state.generation)[0])} is kept"
+        sound = np.ones(1, bool)
+        while sound.all() and not self._done(state):
+            before = jax.tree.map(jnp.copy, state)
+            state, _, is_sound = compiled(state, 1)
+            sound = np.asarray(is_sound)
+        seed = int(np.argmin(sound))
+        said = first_bad(self.algorithm, self.config, jax.tree.map(lambda leaf: leaf[seed], before))
+        raise UserError(
+            f"{self.folder.path}: generation {int(np.asarray(state.generation)[0])}, seed "
+            f"{self.config.seeds[seed]}: {said}; {kept}: mend it and resume, or resume with "
+            "--on-bad-numbers roll-back"
+        )
 
     def _save(self, state: RunState, metrics: dict[str, np.ndarray]) -> None:
         # Metrics first: a resumed run drops rows after its checkpoint, but cannot make up missing ones.
@@ -155,6 +198,7 @@ class Runner:
         reached = int(np.asarray(state.generation)[0])
         score = float(metrics[score_of(self.algorithm.env).key].mean())
         self._checkpoints.save(reached, state, score, self.config.save_buffer)
+        self._rolled_back = 0
 
     def _done(self, state: RunState) -> bool:
         lived = np.asarray(state.environment_steps) >= self.config.steps

@@ -45,7 +45,7 @@ class Plateau(eqx.Module):
     """How each skill has come along."""
 
     smoothed: Float[Array, " skills"]
-    """Running average of the return; NaN before the first."""
+    """Running average of the return; -inf before the first."""
     best: Float[Array, " skills"]
     """Highest running average so far."""
     waited: Int[Array, " skills"]
@@ -56,7 +56,7 @@ class Plateau(eqx.Module):
     @classmethod
     def create(cls, n_skills: int) -> "Plateau":
         return cls(
-            jnp.full(n_skills, jnp.nan, jnp.float32),
+            jnp.full(n_skills, -jnp.inf, jnp.float32),
             jnp.full(n_skills, -jnp.inf, jnp.float32),
             jnp.zeros(n_skills, jnp.int32),
             jnp.full(n_skills, -1, jnp.int32),
@@ -76,7 +76,7 @@ class Plateau(eqx.Module):
         self, returns: Float[Array, " skills"], generation: Int[Array, ""], config: PlateauConfig
     ) -> "Plateau":
         """Takes in one generation's returns R_k."""
-        first = jnp.isnan(self.smoothed)
+        first = self.smoothed == -jnp.inf
         smoothed = jnp.where(
             first, returns, config.smoothing * self.smoothed + (1 - config.smoothing) * returns
         )
