@@ -177,19 +177,26 @@ class Runner:
         if self.config.on_bad_numbers == "roll-back" and self._rolled_back <= MOST_ROLL_BACKS:
             self.reporter.note("A number is not finite: rolls back, and goes on by other random numbers.")
             return generation.with_other_keys(self.restore(), self._rolled_back)
-        state = self.restore()
-        kept = f"generation {int(np.asarray(state.generation)[0])} is kept"
-        sound = np.ones(1, bool)
+        raise self._bad_numbers(compiled, self.restore())
+
+    def _bad_numbers(self, compiled: Callable[..., Any], state: RunState) -> UserError:
+        """Lives again up to the generation with a bad number; saves what was before it and says what it is."""
+        sound, metrics = np.ones(1, bool), None
         while sound.all() and not self._done(state):
-            before = jax.tree.map(jnp.copy, state)
-            state, _, is_sound = compiled(state, 1)
+            before, lived = jax.tree.map(jnp.copy, state), metrics
+            state, measured, is_sound = compiled(state, 1)
+            metrics = {name: np.asarray(values)[:, :1] for name, values in measured.items()}
             sound = np.asarray(is_sound)
+            if sound.all():
+                self._log.add(metrics)
+        if lived is not None:
+            self._save(before, lived)
         seed = int(np.argmin(sound))
         said = first_bad(self.algorithm, self.config, jax.tree.map(lambda leaf: leaf[seed], before))
-        raise UserError(
-            f"{self.folder.path}: generation {int(np.asarray(state.generation)[0])}, seed "
-            f"{self.config.seeds[seed]}: {said}; {kept}: mend it and resume, or resume with "
-            "--on-bad-numbers roll-back"
+        reached = int(np.asarray(before.generation)[0])
+        return UserError(
+            f"{self.folder.path}: generation {reached + 1}, seed {self.config.seeds[seed]}: {said}; "
+            f"generation {reached} is kept: mend it and resume, or resume with --on-bad-numbers roll-back"
         )
 
     def _save(self, state: RunState, metrics: dict[str, np.ndarray]) -> None:
