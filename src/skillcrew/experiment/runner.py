@@ -180,7 +180,7 @@ class Runner:
         raise self._bad_numbers(compiled, self.restore())
 
     def _bad_numbers(self, compiled: Callable[..., Any], state: RunState) -> UserError:
-        """Lives again up to the generation with a bad number; saves what was before it and says what it is."""
+        """Lives again up to a bad number, saves the generation before it, and says what it is."""
         sound, metrics = np.ones(1, bool), None
         while sound.all() and not self._done(state):
             before, lived = jax.tree.map(jnp.copy, state), metrics
