@@ -97,9 +97,12 @@ def chunk(
 def is_sound(numbers: PyTree) -> Bool[Array, ""]:
     """Whether no number is NaN. Infinity stands for "none yet" in many a state."""
     leaves = [leaf for leaf in jax.tree.leaves(numbers) if jnp.issubdtype(leaf.dtype, jnp.floating)]
-    # The highest of each column first, which is NaN if one of them is: half the time of looking at each.
-    highest = [leaf.max(axis=tuple(range(leaf.ndim - 1))) for leaf in leaves if leaf.size]
-    return jnp.stack([jnp.ones((), bool), *(~jnp.isnan(high).any() for high in highest)]).all()
+    # By columns first, as bytes: half the time of asking for any. The highest of the numbers themselves need not
+    # be NaN if one of them is: XLA's maximum passes over it.
+    columns = [
+        jnp.isnan(leaf).astype(jnp.uint8).max(axis=tuple(range(leaf.ndim - 1)), initial=0) for leaf in leaves
+    ]
+    return jnp.stack([jnp.ones((), bool), *(~column.any() for column in columns)]).all()
 
 
 def compiled_chunk(
