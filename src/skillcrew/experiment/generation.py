@@ -97,8 +97,8 @@ def chunk(
 def is_sound(numbers: PyTree) -> Bool[Array, ""]:
     """Whether no number is NaN. Infinity stands for "none yet" in many a state."""
     leaves = [leaf for leaf in jax.tree.leaves(numbers) if jnp.issubdtype(leaf.dtype, jnp.floating)]
-    # By columns first, as bytes: half the time of asking for any. The highest of the numbers themselves need not
-    # be NaN if one of them is: XLA's maximum passes over it.
+    # By columns first, as bytes: half the time of asking for any. The highest of the numbers themselves need
+    # not be NaN if one of them is: XLA's maximum passes over it.
     columns = [
         jnp.isnan(leaf).astype(jnp.uint8).max(axis=tuple(range(leaf.ndim - 1)), initial=0) for leaf in leaves
     ]
