@@ -199,7 +199,9 @@ def test_a_value_of_the_wrong_type_is_exit_code_2(words, capsys):
     assert call(words) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert captured.err and "Traceback" not in captured.err
+    lines = captured.err.splitlines()
+    assert len(lines) == 1 and lines[0].startswith("skillcrew: "), captured.err
+    assert words[-1] in lines[0] and "│" not in lines[0] and "\\x1b" not in lines[0], lines[0]
 
 
 @pytest.mark.parametrize("words", [["resume"], ["evaluate"], ["report"]], ids=" ".join)

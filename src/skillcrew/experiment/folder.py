@@ -75,6 +75,14 @@ class RunFolder:
         if not self.config.is_file():
             raise UserError(f"{self.path}: not a run folder of skillcrew (it has no config.yaml)")
 
+    def check_own(self) -> None:
+        """Raises `UserError` if what is written here would be written elsewhere."""
+        for path in (self.checkpoints, self.report):
+            if path.is_symlink():
+                raise UserError(
+                    f"{path}: a link, and what it leads to would be changed; put the folder in its place"
+                )
+
 
 def describe_environment() -> str:
     """Versions, device, command and, in a git checkout, the commit, one a line."""

@@ -120,6 +120,7 @@ class Run:
                 written.
             Interrupted: on Ctrl-C, after saving.
         """
+        self.folder.check_own()
         config = dataclasses.replace(self.config, **session)
         if steps is not None:
             config = dataclasses.replace(config, steps=round(steps))
