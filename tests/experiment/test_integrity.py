@@ -85,6 +85,12 @@ def test_a_file_that_cannot_be_read_is_damaged(tmp_path, monkeypatch):
         check_known(path, "restore it")
 
 
+@pytest.mark.parametrize("name", ["x" * 300, "a\nb", "\0", "/dev/zero", "../notes.txt/x"])
+def test_digests_of_files_that_cannot_be_are_of_missing_ones(name, tmp_path):
+    (tmp_path / "digests.json").write_text(json.dumps({name: ["x"]}))
+    assert damage(tmp_path) == f"{name} is missing"
+
+
 def test_digests_that_are_a_pipe_are_not_waited_for(tmp_path):
     path = known_file(tmp_path, "first")
     (tmp_path / "digests.json").unlink()

@@ -18,6 +18,9 @@ from skillcrew.experiment.yaml_files import read_yaml
 MOST_STEPS = 2_000_000_000
 """Steps are counted in 32 bits, and a last generation goes beyond the budget."""
 
+MOST_AT_ONCE = 1_000_000
+"""Episodes that are played side by side, and rows between two reports: all are held in memory."""
+
 
 @dataclasses.dataclass(frozen=True)
 class RunConfig:
@@ -57,6 +60,9 @@ class RunConfig:
         for field in ("steps", "score_episodes", "generations_per_report", "keep"):
             if getattr(self, field) < 1:
                 raise UserError(f"{field} = {getattr(self, field)}: give at least 1")
+        for field in ("score_episodes", "generations_per_report"):
+            if getattr(self, field) > MOST_AT_ONCE:
+                raise UserError(f"{field} = {getattr(self, field)}: give at most {MOST_AT_ONCE}")
         if not self.checkpoint_seconds >= 0:
             raise UserError(f"checkpoint_seconds = {self.checkpoint_seconds}: give a number of at least 0")
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -31,7 +32,8 @@ def damage(folder: Path) -> str | None:
         return f"{DIGESTS} is damaged"
     for name, digests in known.items():
         path = folder / name
-        if not path.is_file():
+        # Unlike `Path.is_file`, which raises where a name is too long for any file.
+        if not os.path.isfile(path):
             return f"{name} is missing"
         if not _is_among(digests, path):
             return f"{name} is damaged"
