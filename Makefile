@@ -10,11 +10,12 @@ CANDIDATES := $(or $(PYTHON),python3.13 python3.12 python3.11 python3)
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed.stamp
 
-.PHONY: help venv demo test lint format types layers unit bench fix
+.PHONY: help venv demo test lint format types layers unit harness bench fix
 
 help:
 	@echo "make demo    train MADyS on rover-t2-c1, five seeds, and write its report to runs/demo"
 	@echo "make test    all checks: lint format types layers unit (each is a target too)"
+	@echo "make harness damages run folders and misuses the commands, at length; takes hours"
 	@echo "make bench   environment steps per second, beside the peers that are installed"
 	@echo "make fix     apply what lint and format would complain about, where that is mechanical"
 	@echo "make venv    only make $(VENV) and install; every target above does that when needed"
@@ -64,6 +65,13 @@ layers: $(STAMP)
 
 unit: $(STAMP)
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+
+# Both, whatever comes of the first.
+harness: $(STAMP)
+	@status=0; \
+	$(BIN)/python -m benchmarks.harness.damages || status=1; \
+	$(BIN)/python -m benchmarks.harness.inputs || status=1; \
+	exit $$status
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks.stepping

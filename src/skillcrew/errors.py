@@ -4,6 +4,9 @@ import difflib
 import traceback
 from collections.abc import Iterable
 
+LONGEST_LINE = 1600
+"""Letters; what a file holds may be quoted in a line of ours, and has no bounds."""
+
 
 class UserError(Exception):
     """Something that the user can mend: one line that says what, where, and how.
@@ -12,9 +15,25 @@ class UserError(Exception):
     that parsers of options and files let it through as it is.
     """
 
+    def __init__(self, message: str):
+        super().__init__(one_line(message))
+
 
 class Notice(UserWarning):
     """Something that a user did not ask for and should know; the command line prints its line alone."""
+
+
+def one_line(text: str) -> str:
+    """A text as one line that any terminal shows as it is, whatever words and files have put into it.
+
+    What is no printable letter is written as Python writes it; of a text that is very long, the middle is
+    left out.
+    """
+    if len(text) > LONGEST_LINE:
+        text = f"{text[: LONGEST_LINE // 2]} … {text[-LONGEST_LINE // 2 :]}"
+    return "".join(
+        letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text
+    )
 
 
 def nearest_first(name: str, valid: Iterable[str]) -> list[str]:

@@ -86,6 +86,7 @@ def test_an_environment_without_options(package):
         ("line_lab.worlds:NotAWorld", ["a class, and no subclass of skillcrew.Environment"]),
         ("line_lab.worlds:not_a_class", ["int, and no subclass"]),
         ("line_lab.broken:World", ["RuntimeError: no licence for the simulator", "broken.py, line 3"]),
+        ("skillcrew:Environment", ["what environments are derived from", "give a class of yours"]),
         ("missing.py:LineWorld", ["no file", "missing.py"]),
         ("line_lab.worlds:", ["give module:Name"]),
         ("line_lab:LineWorld", ["line_lab has no LineWorld"]),

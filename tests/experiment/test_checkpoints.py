@@ -223,6 +223,46 @@ def test_a_foreign_folder_among_the_checkpoints_is_no_checkpoint(copied):
         sc.Run(copied, checkpoint=999).resume()
 
 
+def test_what_stands_in_the_place_of_a_checkpoint_goes_and_what_a_link_leads_to_stays(tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "letter.txt").write_text("Dear reader")
+    checkpoints = save_some(tmp_path / "c", [0.1])
+    (tmp_path / "c" / "8").write_text("a file")
+    for name in ("9", ".unfinished-9"):
+        (tmp_path / "c" / name).symlink_to(elsewhere)
+    assert checkpoints.choose()[0] == 1
+    checkpoints.discard_after(1)
+    assert checkpoints.generations() == [1]
+    checkpoints.save(2, LIKE, 0.2)
+    assert sorted(path.name for path in (tmp_path / "c").iterdir()) == ["1", "2"]
+    assert (elsewhere / "letter.txt").read_text() == "Dear reader"
+
+
+@pytest.mark.parametrize("name", ["007", "٣", "9" * 200 + "x", "-1"])
+def test_a_folder_that_is_not_called_like_a_generation_is_no_checkpoint(name, tmp_path):
+    checkpoints = save_some(tmp_path / "c", [0.1])
+    (tmp_path / "c" / name).mkdir()
+    assert checkpoints.generations() == [1]
+    checkpoints.discard_after(1)
+    assert (tmp_path / "c" / name).exists()
+
+
+@pytest.mark.parametrize(
+    "about", ['{"format": 4}', '{"format": 4, "buffer": 5}', '{"format": 4, "buffer": true, "score": 1%s}']
+)
+def test_what_a_checkpoint_says_of_itself_is_looked_at(about, tmp_path):
+    checkpoints = save_some(tmp_path / "c", [0.1, 0.2])
+    about = about.replace("%s", "0" * 400)
+    (tmp_path / "c" / "2" / "about.json").write_text(about)
+    seal(tmp_path / "c" / "2")
+    generation, lines = checkpoints.choose()
+    assert (generation, len(lines)) == ((2, 0) if "true" in about else (1, 1))
+    # No score that can be compared is none.
+    checkpoints.save(3, LIKE, 0.1)
+    checkpoints.save(4, LIKE, 0.1)
+
+
 def test_leftovers_of_a_kill_are_ignored_and_then_cleaned(copied, finished):
     unfinished = copied / "checkpoints" / ".unfinished-999"
     shutil.copytree(latest(copied), unfinished)

@@ -178,3 +178,17 @@ def test_what_is_no_run(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(sc.UserError, match="run folder"):
         sc.Run(tmp_path / "file")
+
+
+@pytest.mark.parametrize("name", ["checkpoints", "report"])
+def test_nothing_is_written_where_a_link_leads(name, copied, tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    if (copied / name).exists():
+        shutil.move(copied / name, elsewhere)
+    else:
+        elsewhere.mkdir()
+    (copied / name).symlink_to(elsewhere)
+    before = contents(elsewhere)
+    with pytest.raises(sc.UserError, match=f"{name}: a link, and what it leads to would be changed"):
+        sc.Run(copied).resume(steps=1200)
+    assert contents(elsewhere) == before

@@ -1,6 +1,7 @@
 """Files are believed only as they were written."""
 
 import json
+import os
 import shutil
 
 import numpy as np
@@ -70,6 +71,32 @@ def test_files_side_by_side_are_known_apart(tmp_path):
     with pytest.raises(sc.UserError, match=r"notes\.txt"):
         check_known(path, "restore it")
     check_known(other, "restore it")
+
+
+def test_a_file_that_cannot_be_read_is_damaged(tmp_path, monkeypatch):
+    path = known_file(tmp_path, "first")
+
+    def unreadable(*_):
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr("hashlib.file_digest", unreadable)
+    assert damage(tmp_path) == "notes.txt is damaged"
+    with pytest.raises(sc.UserError, match="damaged, or changed"):
+        check_known(path, "restore it")
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\nb", "\0", "/dev/zero", "../notes.txt/x"])
+def test_digests_of_files_that_cannot_be_are_of_missing_ones(name, tmp_path):
+    (tmp_path / "digests.json").write_text(json.dumps({name: ["x"]}))
+    assert damage(tmp_path) == f"{name} is missing"
+
+
+def test_digests_that_are_a_pipe_are_not_waited_for(tmp_path):
+    path = known_file(tmp_path, "first")
+    (tmp_path / "digests.json").unlink()
+    os.mkfifo(tmp_path / "digests.json")
+    with pytest.raises(sc.UserError, match=r"digests.json: damaged"):
+        check_known(path, "restore it")
 
 
 def test_a_file_that_nothing_is_known_of_passes(tmp_path):

@@ -1,5 +1,7 @@
 """The metrics file: one row per seed and generation."""
 
+import os
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -82,3 +84,28 @@ def test_advice_about_damaged_metrics_holds(copied):
     assert "move it away" in str(caught.value)
     (copied / "metrics.parquet").rename(copied / "elsewhere.parquet")
     sc.Run(copied).resume()
+
+
+def test_a_pipe_or_a_folder_in_their_place_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.parquet")
+    (tmp_path / "folder.parquet").mkdir()
+    for name in ("pipe", "folder"):
+        with pytest.raises(sc.UserError, match=f"{name}.parquet: missing or damaged metrics"):
+            read_metrics(tmp_path / f"{name}.parquet")
+
+
+@pytest.mark.parametrize(
+    ("column", "values"),
+    [
+        ("seed", ["x", "y"]),
+        ("seed", [1.5, 2.0]),
+        ("generation", [None, 1]),
+        ("success_rate", ["x", None]),
+        ("return_near", [[1], [2]]),
+    ],
+)
+def test_columns_that_hold_other_than_numbers_are_no_metrics(column, values, tmp_path):
+    columns = {"seed": [1, 2], "generation": [1, 1], "environment_steps": [9, 9], "success_rate": [0.0, 1.0]}
+    pq.write_table(pa.table({**columns, column: values}), tmp_path / "m.parquet")
+    with pytest.raises(sc.UserError, match=rf"not metrics of skillcrew \({column} holds"):
+        read_metrics(tmp_path / "m.parquet")

@@ -77,3 +77,20 @@ def test_while_a_run_trains_it_is_read_by_anybody_and_trained_by_nobody_else(cou
     resumed = sc.Run(tmp_path / "run", Countdown())
     sc.Run(tmp_path / "run", Countdown()).resume(60, InterruptAfter(1, look))
     assert len(seen) == 1
+
+
+def test_what_a_link_in_its_place_leads_to_is_not_emptied(tmp_path):
+    letter = tmp_path / "letter.txt"
+    letter.write_text("Dear reader")
+    run = tmp_path / "run"
+    run.mkdir()
+    (run / "owner.lock").symlink_to(letter)
+    with pytest.raises(sc.UserError, match=r"owner\.lock: cannot be written"), owned(run):
+        pass
+    assert letter.read_text() == "Dear reader"
+
+
+def test_a_pipe_in_its_place_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "owner.lock")
+    with pytest.raises(sc.UserError, match=r"owner\.lock: cannot be written"), owned(tmp_path):
+        pass

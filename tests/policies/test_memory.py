@@ -165,7 +165,7 @@ def test_a_team_has_a_network_for_each_agent_or_one() -> None:
 @pytest.mark.parametrize(
     ("fields", "expected"),
     [
-        ({"memory": -1}, ["memory = -1", "give a number of units, or 0 for no memory"]),
+        ({"memory": -1}, ["memory = -1", "give a number of units up to 8192, or 0 for no memory"]),
         ({"sharing": "teem"}, ["sharing 'teem'", "nearest first: team, agent"]),
         ({"hidden": (0,)}, ["hidden = (0,)", "at least 1 unit"]),
         ({"input_scaling": "root"}, ["input_scaling 'root'", "sqrt", "none"]),

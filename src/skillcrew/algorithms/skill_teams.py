@@ -136,8 +136,9 @@ class SkillTeams:
         return np.concatenate([of_teams.ravel(), of_probes])
 
     def _recorded_worlds(self) -> int:
-        worlds = self._search.worlds + self._skills.probe_worlds
-        return len(np.arange(worlds)[self._recorded()])
+        # As many as `_recorded` takes, without a list of them: a slip may ask for more than fit anywhere.
+        of_team = range(self._search.worlds // self.config.population)[: self.config.recorded_episodes]
+        return self.config.population * len(of_team) + self._skills.probe_worlds
 
     def _vary(self, networks: int) -> PhaseVariation:
         phases = self.config.selector.phases

@@ -16,7 +16,7 @@ from skillcrew.analysis.report import SMOOTHING, learning_curve
 from skillcrew.analysis.tables import Entry, write_tables
 from skillcrew.errors import UserError
 from skillcrew.experiment.comparison import Comparison, ComparisonFolder, PlannedRun
-from skillcrew.experiment.files import write_whole
+from skillcrew.experiment.files import read_plain, write_whole
 from skillcrew.experiment.folder import RunFolder, describe_environment
 from skillcrew.experiment.run import Run
 from skillcrew.experiment.score import score_of
@@ -104,8 +104,8 @@ def _copy_skills(folder: ComparisonFolder, planned: PlannedRun) -> list[Path]:
 def _scores(where: RunFolder, planned: PlannedRun) -> list[dict[str, Any]]:
     key = score_of(planned.algorithm.env).key
     try:
-        return json.loads(where.scores.read_text())[key]["per_seed"]
-    except (OSError, ValueError, KeyError, TypeError):
+        return json.loads(read_plain(where.scores))[key]["per_seed"]
+    except (OSError, ValueError, RecursionError, KeyError, TypeError):
         raise UserError(
             f"{where.scores}: missing or damaged; `skillcrew resume {where.path}` scores the champions again"
         ) from None

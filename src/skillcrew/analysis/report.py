@@ -27,8 +27,13 @@ def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -
 
     Returns:
         The files written, the learning curve first.
+
+    Raises:
+        UserError: there is nothing to draw, or it cannot be written.
     """
-    folder = folder or run.folder.report
+    if folder is None:
+        run.folder.check_own()
+        folder = run.folder.report
     title = f"{run.algorithm.label} on {run.algorithm.env.name}"
     written = save(learning_curves([learning_curve(run)], title), folder / "learning_curve")
     for seed, choices, reached in zip(evaluation.seeds, evaluation.choices, evaluation.per_seed, strict=True):

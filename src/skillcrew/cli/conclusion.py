@@ -7,6 +7,7 @@ from collections.abc import Callable
 from skillcrew.analysis.report import write_report
 from skillcrew.cli.present import describe_evaluation
 from skillcrew.errors import UserError
+from skillcrew.experiment.config import MOST_AT_ONCE
 from skillcrew.experiment.progress import Reporter
 from skillcrew.experiment.run import Run
 from skillcrew.experiment.runner import Interrupted
@@ -18,8 +19,8 @@ def run_and_report(go: Callable[[], Run], reporter: Reporter, folder: str, episo
     Returns:
         The exit code: 0, or 130 if the run was interrupted after saving.
     """
-    if episodes < 1:
-        raise UserError(f"report_episodes = {episodes}: give at least 1")
+    if not 1 <= episodes <= MOST_AT_ONCE:
+        raise UserError(f"report_episodes = {episodes}: give a number from 1 to {MOST_AT_ONCE}")
     try:
         finished = go()
     except Interrupted:

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Generator
 from typing import Any
 
-from skillcrew.errors import Notice, UserError, unknown_name
+from skillcrew.errors import Notice, UserError, one_line, unknown_name
 
 COMMANDS = {
     "train": "train an algorithm in an environment, then write a report",
@@ -64,7 +64,7 @@ def _notices_as_lines() -> Generator[None]:
 
         def show(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
             if issubclass(category, Notice):
-                print(f"skillcrew: {message}", file=sys.stderr)
+                print(f"skillcrew: {one_line(str(message))}", file=sys.stderr)
             else:
                 shown(message, category, *place, **options)
 

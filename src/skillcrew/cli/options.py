@@ -1,6 +1,10 @@
 """Dataclasses to command line options, by tyro."""
 
+import contextlib
 import dataclasses
+import io
+import itertools
+import sys
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
@@ -41,12 +45,32 @@ def parse_options(
         default: an instance, whose values are the defaults that `--help` shows.
 
     Raises:
-        UserError: an unknown option, or a value that a dataclass refuses.
-        SystemExit: after `--help`, or with code 2 where a value is of the wrong type.
+        UserError: an unknown option, a value of the wrong type, or one that a dataclass refuses.
+        SystemExit: after `--help`.
     """
     _refuse_unknown(kind, words, program)
-    with registry:
-        return tyro.cli(kind, args=list(words), default=default, prog=program, description=about)
+    said = io.StringIO()
+    try:
+        with registry, contextlib.redirect_stderr(said):
+            options = tyro.cli(kind, args=list(words), default=default, prog=program, description=about)
+    except SystemExit as end:
+        if not end.code:
+            raise
+        raise UserError(f"{_complaint(said.getvalue())}; `{program} --help` explains all options") from None
+    sys.stderr.write(said.getvalue())
+    return options
+
+
+def _complaint(box: str) -> str:
+    """What tyro says in a box between its title and its explanations, as one line."""
+
+    def is_rule(line: str) -> bool:
+        return not line.strip("─-")
+
+    _, *lines = [line.strip("│╭╮╰╯ ") for line in box.splitlines()] or [""]
+    # Where no box can be drawn, a rule stands below the title.
+    said = itertools.takewhile(lambda line: not is_rule(line), itertools.dropwhile(is_rule, lines))
+    return " ".join(said) or "these options cannot be read"
 
 
 def _refuse_unknown(kind: type, words: Sequence[str], program: str) -> None:

@@ -3,6 +3,7 @@
 import importlib
 import importlib.util
 import inspect
+import os
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -86,8 +87,11 @@ def import_module(name: str, place: str, here: bool) -> ModuleType:
 
 
 def _from_file(path: Path, place: str) -> ModuleType:
-    path = path.expanduser().resolve()
-    if not path.is_file():
+    try:
+        path = path.expanduser().resolve()
+    except (OSError, RuntimeError) as error:
+        raise UserError(f"{place}: no file {path} ({error})") from error
+    if not os.path.isfile(path):
         raise UserError(f"{place}: no file {path}")
     for name in (path.stem, str(path)):
         known = sys.modules.get(name)

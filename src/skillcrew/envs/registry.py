@@ -247,6 +247,10 @@ def environment_class(place: str) -> Any:
     from skillcrew.envs.environment import Environment
 
     kind = import_object(place, here=not is_offered(place))
+    if kind is Environment:
+        raise UserError(
+            f"{place}: what environments are derived from, and none itself; give a class of yours"
+        )
     if isinstance(kind, type) and issubclass(kind, Environment):
         return kind
     what = "a class" if isinstance(kind, type) else f"{type(kind).__name__}"

@@ -13,7 +13,7 @@ import orbax.checkpoint as ocp
 from jaxtyping import PyTree
 
 from skillcrew.errors import UserError
-from skillcrew.experiment.files import check_room, disk_errors
+from skillcrew.experiment.files import check_room, disk_errors, read_plain
 from skillcrew.experiment.generation import flat_arrays
 from skillcrew.experiment.integrity import DIGESTS, damage, seal
 
@@ -43,7 +43,9 @@ class Checkpoints:
         """Generations of which a finished checkpoint exists, oldest first."""
         if not self.folder.is_dir():
             return []
-        return sorted(int(path.name) for path in self.folder.iterdir() if path.name.isdecimal())
+        names = [path.name for path in self.folder.iterdir()]
+        # Not 007, which nobody here has written.
+        return sorted(int(name) for name in names if name.isdecimal() and name == str(int(name)))
 
     def save(self, generation: int, state: PyTree, score: float, save_buffer: bool = True) -> None:
         """Writes a checkpoint; an interruption at any instant leaves the earlier ones untouched.
@@ -126,7 +128,7 @@ class Checkpoints:
         """Deletes the checkpoints after one that a run goes on from, for the run to write anew."""
         for later in self.generations():
             if later > generation:
-                shutil.rmtree(self.folder / str(later))
+                _delete(self.folder / str(later))
 
     def _wrong_with(self, generation: int) -> str | None:
         """Why a checkpoint cannot be gone on from; None if it can.
@@ -149,12 +151,20 @@ class Checkpoints:
         best = max(scores, key=lambda generation: (scores[generation], generation))
         for generation in sorted(scores)[: -self._keep]:
             if generation != best:
-                shutil.rmtree(self.folder / str(generation))
+                _delete(self.folder / str(generation))
 
     def _clear(self) -> None:
         """Deletes what was being written when an earlier run was killed."""
         for left in self.folder.glob(f"{UNFINISHED}*"):
-            shutil.rmtree(left)
+            _delete(left)
+
+
+def _delete(place: Path) -> None:
+    """Deletes a checkpoint, or what stands in its place; of a link, never what it leads to."""
+    if place.is_dir() and not place.is_symlink():
+        shutil.rmtree(place)
+    else:
+        place.unlink()
 
 
 def instead(damaged: str, generation: int) -> str:
@@ -171,16 +181,19 @@ def _storage() -> ocp.Checkpointer:
 def _score(place: Path) -> float:
     """By which the best checkpoint is kept; of one that is damaged, none is lower."""
     score = (_about(place) or {}).get("score")
-    return float(score) if isinstance(score, int | float) else -math.inf
+    return score if isinstance(score, float) and not math.isnan(score) else -math.inf
 
 
 def _about(place: Path) -> Any:
     """What a checkpoint says of itself; None if that cannot be read."""
     try:
-        about = json.loads((place / ABOUT).read_text())
+        about = json.loads(read_plain(place / ABOUT))
     except (OSError, ValueError, RecursionError):
         return None
-    return about if isinstance(about, dict) and isinstance(about.get("format"), int) else None
+    if not (isinstance(about, dict) and isinstance(about.get("format"), int)):
+        return None
+    # What other versions say, only they know.
+    return about if about["format"] != FORMAT or isinstance(about.get("buffer"), bool) else None
 
 
 def _check_version(version: int, place: Path) -> None:

@@ -11,9 +11,10 @@ import yaml
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig, to_yaml
-from skillcrew.experiment.files import disk_errors, write_whole
+from skillcrew.experiment.files import disk_errors, read_plain, write_whole
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.score import SUCCESS, Score, score_of
+from skillcrew.experiment.yaml_files import read_yaml
 
 FORMAT = 1
 """Version of the folder's layout; another one is refused."""
@@ -154,8 +155,8 @@ class ComparisonFolder:
 
     def _check_version(self) -> None:
         try:
-            about = json.loads(self.about.read_text())
-        except (OSError, ValueError):
+            about = json.loads(read_plain(self.about))
+        except (OSError, ValueError, RecursionError):
             about = None
         found = about.get("format") if isinstance(about, dict) else None
         if found != FORMAT:
@@ -166,8 +167,8 @@ class ComparisonFolder:
 
     def _check_same(self, folder: RunFolder, planned: PlannedRun) -> None:
         try:
-            found = yaml.safe_load(folder.config.read_text())
-        except (OSError, UnicodeDecodeError, yaml.YAMLError):
+            found = read_yaml(folder.config)
+        except UserError:
             found = None
         if not isinstance(found, dict):
             raise UserError(f"{folder.config}: damaged; move {folder.path} away to train that run anew")

@@ -13,9 +13,13 @@ from skillcrew.envs import registry
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.experiment.interrupts import signal_of
+from skillcrew.experiment.yaml_files import read_yaml
 
 MOST_STEPS = 2_000_000_000
 """Steps are counted in 32 bits, and a last generation goes beyond the budget."""
+
+MOST_AT_ONCE = 1_000_000
+"""Episodes that are played side by side, and rows between two reports: all are held in memory."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,6 +66,9 @@ class RunConfig:
         for field in ("steps", "score_episodes", "generations_per_report", "keep"):
             if getattr(self, field) < 1:
                 raise UserError(f"{field} = {getattr(self, field)}: give at least 1")
+        for field in ("score_episodes", "generations_per_report"):
+            if getattr(self, field) > MOST_AT_ONCE:
+                raise UserError(f"{field} = {getattr(self, field)}: give at most {MOST_AT_ONCE}")
         if not self.checkpoint_seconds >= 0:
             raise UserError(f"checkpoint_seconds = {self.checkpoint_seconds}: give a number of at least 0")
 
@@ -123,10 +130,7 @@ def algorithm_from_yaml(path: Path, env: Environment) -> Algorithm:
 
 
 def _sections(path: Path) -> dict[str, Any]:
-    try:
-        sections = yaml.safe_load(path.read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UserError(f"{path}: cannot be read as YAML ({_first_line(error)})") from error
+    sections = read_yaml(path)
     if not isinstance(sections, dict):
         raise UserError(f"{path}: needs the sections algorithm, environment and run, and no others")
     return sections
@@ -243,7 +247,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return value
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).splitlines()[0] if str(error) else type(error).__name__

@@ -12,6 +12,9 @@ from skillcrew.errors import UserError
 
 MAKE_ROOM = "free some space, then `skillcrew resume` goes on from the last checkpoint"
 
+LARGEST_TEXT = 64 * 2**20
+"""Bytes."""
+
 
 @contextlib.contextmanager
 def disk_errors(place: Path) -> Generator[None]:
@@ -42,6 +45,20 @@ def check_room(place: Path, needed: int) -> None:
             f"{place}: cannot be written, the disk is full: {needed / 2**20:.1f} MiB may be needed and "
             f"{free / 2**20:.1f} MiB are free; {MAKE_ROOM}"
         )
+
+
+def read_plain(path: Path) -> str:
+    """The text of a file, if it is one: pipes and devices have no end.
+
+    Raises:
+        OSError: it is none, cannot be read, or is larger than anything that skillcrew writes as text.
+        UnicodeDecodeError: it holds no text.
+    """
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "it is no file")
+    if path.stat().st_size > LARGEST_TEXT:
+        raise OSError(errno.EFBIG, "it is too large")
+    return path.read_text()
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:

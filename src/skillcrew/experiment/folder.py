@@ -51,7 +51,7 @@ class RunFolder:
         Raises:
             UserError: it exists already, or cannot be written.
         """
-        if self.path.exists():
+        if os.path.lexists(self.path):
             raise UserError(
                 f"{self.path}: exists and is never overwritten; `skillcrew resume {self.path}` goes on "
                 "with it, --out chooses another folder"
@@ -70,10 +70,18 @@ class RunFolder:
 
     def check_is_run(self) -> None:
         """Raises `UserError` if this is no run folder."""
-        if not self.path.is_dir():
+        if not os.path.isdir(self.path):
             raise UserError(f"{self.path}: no such run folder; `skillcrew train` makes one")
-        if not self.config.is_file():
+        if not os.path.isfile(self.config):
             raise UserError(f"{self.path}: not a run folder of skillcrew (it has no config.yaml)")
+
+    def check_own(self) -> None:
+        """Raises `UserError` if what is written here would be written elsewhere."""
+        for path in (self.checkpoints, self.report):
+            if path.is_symlink():
+                raise UserError(
+                    f"{path}: a link, and what it leads to would be changed; put the folder in its place"
+                )
 
 
 def describe_environment() -> str:

@@ -2,11 +2,12 @@
 
 import hashlib
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 
 from skillcrew.errors import UserError
-from skillcrew.experiment.files import write_whole
+from skillcrew.experiment.files import read_plain, write_whole
 
 DIGESTS = "digests.json"
 """Of the files beside it: SHA-256 by path."""
@@ -31,9 +32,10 @@ def damage(folder: Path) -> str | None:
         return f"{DIGESTS} is damaged"
     for name, digests in known.items():
         path = folder / name
-        if not path.is_file():
+        # Unlike `Path.is_file`, which raises where a name is too long for any file.
+        if not os.path.isfile(path):
             return f"{name} is missing"
-        if _digest(path) not in digests:
+        if not _is_among(digests, path):
             return f"{name} is damaged"
     return None
 
@@ -70,11 +72,19 @@ def check_known(path: Path, mend: str) -> None:
     known = _read(path.parent)
     if known is None:
         raise UserError(f"{digests}: damaged; delete it if {path.name} is as you know it")
-    if path.name in known and _digest(path) not in known[path.name]:
+    if path.name in known and not _is_among(known[path.name], path):
         raise UserError(
             f"{path}: damaged, or changed since it was written; {mend}, or delete {digests} if the change is "
             "meant"
         )
+
+
+def _is_among(digests: list[str], path: Path) -> bool:
+    """Whether a file has one of some digests; one that cannot be read has none."""
+    try:
+        return _digest(path) in digests
+    except OSError:
+        return False
 
 
 def _digest(path: Path) -> str:
@@ -90,7 +100,7 @@ def _write(folder: Path, known: dict[str, list[str]]) -> None:
 def _read(folder: Path) -> dict[str, list[str]] | None:
     """The digests that are known of each file; None if they cannot be read."""
     try:
-        known = json.loads((folder / DIGESTS).read_text())
+        known = json.loads(read_plain(folder / DIGESTS))
     except (OSError, ValueError, RecursionError):
         return None
     sound = isinstance(known, dict) and all(

@@ -15,6 +15,9 @@ Columns = dict[str, np.ndarray]
 
 MOVE_AWAY = "move it away, then `skillcrew resume` goes on without the earlier rows"
 
+WHOLE = ("seed", "generation", "environment_steps")
+"""Columns of whole numbers, which every file has."""
+
 
 class MetricsLog:
     """Collects the metrics of all seeds.
@@ -68,12 +71,17 @@ def read_metrics(path: Path) -> Columns:
     """
     check_known(path, MOVE_AWAY)
     try:
+        if not path.is_file():
+            raise FileNotFoundError
         table = pq.read_table(path)
         columns = {name: table.column(name).to_numpy() for name in table.column_names}
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, ValueError, KeyError, pa.ArrowException) as error:
         raise UserError(f"{path}: missing or damaged metrics; {MOVE_AWAY}") from error
-    if not {"seed", "generation", "environment_steps"} <= set(columns) or not (
-        {SUCCESS.key, RETURN.key} & set(columns)
-    ):
+    if not set(WHOLE) <= set(columns) or not ({SUCCESS.key, RETURN.key} & set(columns)):
         raise UserError(f"{path}: not metrics of skillcrew")
+    for name, values in columns.items():
+        if values.dtype.kind not in ("iu" if name in WHOLE else "iufb"):
+            raise UserError(
+                f"{path}: not metrics of skillcrew ({name} holds other than numbers); {MOVE_AWAY}"
+            )
     return columns if RETURN.key in columns else {**columns, RETURN.key: columns[SUCCESS.key]}

@@ -31,7 +31,9 @@ def owned(folder: Path) -> Generator[None]:
     """
     path = folder / LOCK
     with disk_errors(path):
-        file = path.open("a+")
+        # It will be emptied, so nothing that a link leads to; and a pipe would be waited for.
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+        file = open(handle, "a+")  # noqa: SIM115 (closed below)
     with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

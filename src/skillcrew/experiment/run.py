@@ -13,7 +13,7 @@ from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError
 from skillcrew.experiment import generation, memory
-from skillcrew.experiment.config import RunConfig, from_yaml, to_yaml
+from skillcrew.experiment.config import MOST_AT_ONCE, RunConfig, from_yaml, to_yaml
 from skillcrew.experiment.evaluation import Evaluation
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.integrity import check_known, write_known
@@ -86,8 +86,8 @@ class Run:
         The episodes are the same for all seeds and runs of an environment, and no selection ever
         saw them.
         """
-        if episodes < 1:
-            raise UserError(f"episodes = {episodes}: give at least 1")
+        if not 1 <= episodes <= MOST_AT_ONCE:
+            raise UserError(f"episodes = {episodes}: give a number from 1 to {MOST_AT_ONCE}")
 
         def play(team: Team) -> Any:
             played = generation.play(self.algorithm, team, jax.random.key(EVALUATION_KEY), episodes)
@@ -120,6 +120,7 @@ class Run:
                 written.
             Interrupted: on Ctrl-C, after saving.
         """
+        self.folder.check_own()
         config = dataclasses.replace(self.config, **session)
         if steps is not None:
             config = dataclasses.replace(config, steps=round(steps))

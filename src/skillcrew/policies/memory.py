@@ -15,7 +15,7 @@ from skillcrew.errors import UserError, unknown_name
 from skillcrew.policies.action_values import ActionValues
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.heads import MultiHead
-from skillcrew.policies.network import MLP, NetworkConfig, scale_input
+from skillcrew.policies.network import MLP, MOST_UNITS, NetworkConfig, scale_input
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,8 +33,10 @@ class PolicyConfig(NetworkConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.memory < 0:
-            raise UserError(f"memory = {self.memory}: give a number of units, or 0 for no memory")
+        if not 0 <= self.memory <= MOST_UNITS:
+            raise UserError(
+                f"memory = {self.memory}: give a number of units up to {MOST_UNITS}, or 0 for no memory"
+            )
         if self.sharing not in ("agent", "team"):
             raise unknown_name("sharing", str(self.sharing), ("agent", "team"))
 

@@ -15,6 +15,10 @@ from skillcrew.errors import UserError, unknown_name
 InputScaling = Literal["environment"] | ObservationScaling
 NAMES = ("environment", *get_args(ObservationScaling))
 
+MOST_UNITS = 8192
+"""Of a layer. One network of each kind is made before memory is counted, and XLA ends the whole process where
+the number of weights overflows."""
+
 
 @dataclasses.dataclass(frozen=True)
 class NetworkConfig:
@@ -29,6 +33,8 @@ class NetworkConfig:
     def __post_init__(self) -> None:
         if any(not isinstance(size, int) or size < 1 for size in self.hidden):
             raise UserError(f"hidden = {self.hidden}: give each layer at least 1 unit, or no layer at all")
+        if max(self.hidden, default=0) > MOST_UNITS:
+            raise UserError(f"hidden = {self.hidden}: give each layer at most {MOST_UNITS} units")
         if self.input_scaling not in NAMES:
             raise unknown_name("input_scaling", str(self.input_scaling), NAMES)
 
