@@ -16,7 +16,7 @@ from skillcrew.errors import Notice, UserError
 from skillcrew.experiment import generation
 from skillcrew.experiment.checkpoints import Checkpoints, instead
 from skillcrew.experiment.config import RunConfig
-from skillcrew.experiment.files import write_whole
+from skillcrew.experiment.files import read_plain, write_whole
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.generation import RunState
 from skillcrew.experiment.health import first_bad
@@ -228,8 +228,10 @@ class Runner:
     def _note_timing(self, entry: dict[str, float]) -> None:
         """Adds to the list of what took how long; each session of a resumed run has its own entries."""
         try:
-            entries = json.loads(self.folder.timing.read_text())
-        except (OSError, ValueError):
+            entries = json.loads(read_plain(self.folder.timing))
+        except (OSError, ValueError, RecursionError):
+            entries = []
+        if not isinstance(entries, list):
             entries = []
         text = json.dumps([*entries, {name: round(value, 3) for name, value in entry.items()}], indent=1)
         write_whole(self.folder.timing, lambda path: path.write_text(text + "\n"))
