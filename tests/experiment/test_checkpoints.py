@@ -183,14 +183,21 @@ def test_a_checkpoint_of_another_format_is_refused(change, said, copied):
     text = json.loads(about.read_text())
     assert text["format"] == FORMAT
     about.write_text(json.dumps({**text, "format": FORMAT + change}))
-    if change > 0:
-        seal(latest(copied))
-    else:  # Those had no digests.
-        (latest(copied) / "digests.json").unlink()
+    seal(latest(copied))
     before = contents(copied)
     with pytest.raises(sc.UserError, match=said):
         sc.Run(copied).resume()
     assert contents(copied) == before
+
+
+def test_a_checkpoint_from_before_there_were_digests_is_an_older_one(copied):
+    place = latest(copied)
+    for name in ("about.json", "digests.json"):
+        (place / name).unlink()
+    (place / "about").mkdir()
+    (place / "about" / "metadata").write_text('{"format": 3}')
+    with pytest.raises(sc.UserError, match=r"older skillcrew .*format 3.*anew"):
+        sc.Run(copied).resume()
 
 
 @pytest.mark.parametrize(

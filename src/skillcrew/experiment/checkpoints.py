@@ -20,6 +20,9 @@ from skillcrew.experiment.integrity import DIGESTS, damage, seal
 FORMAT = 4
 """Version of the layout, and of what states are made of; a checkpoint of another one is refused."""
 
+BEFORE_DIGESTS = 3
+"""The last version that had none, and another layout."""
+
 ABOUT = "about.json"
 UNFINISHED = ".unfinished-"
 
@@ -138,10 +141,11 @@ class Checkpoints:
         """
         place = self.folder / str(generation)
         about, wrong = _about(place), damage(place)
+        if not (place / DIGESTS).exists() and (place / "about" / "metadata").exists():
+            _check_version(BEFORE_DIGESTS, place)
         if about is None:
             return wrong or "not a checkpoint of skillcrew"
-        # Older ones have no digests.
-        if wrong is None or not (place / DIGESTS).exists():
+        if wrong is None:
             _check_version(about["format"], place)
         return wrong
 
