@@ -192,3 +192,10 @@ def test_nothing_is_written_where_a_link_leads(name, copied, tmp_path):
     with pytest.raises(sc.UserError, match=f"{name}: a link, and what it leads to would be changed"):
         sc.Run(copied).resume(steps=1200)
     assert contents(elsewhere) == before
+
+
+@pytest.mark.parametrize("name", ["report", "checkpoints"])
+def test_what_is_no_folder_and_stands_in_the_place_of_one_is_named(name, tmp_path):
+    (tmp_path / name).write_text("not a folder")
+    with pytest.raises(sc.UserError, match=f"{name}: stands where a folder is to be; move it away"):
+        RunFolder(tmp_path).check_own()

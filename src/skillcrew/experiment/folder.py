@@ -76,12 +76,14 @@ class RunFolder:
             raise UserError(f"{self.path}: not a run folder of skillcrew (it has no config.yaml)")
 
     def check_own(self) -> None:
-        """Raises `UserError` if what is written here would be written elsewhere."""
+        """Raises `UserError` if what is written here would be written elsewhere, or cannot be."""
         for path in (self.checkpoints, self.report):
             if path.is_symlink():
                 raise UserError(
                     f"{path}: a link, and what it leads to would be changed; put the folder in its place"
                 )
+            if path.exists() and not path.is_dir():
+                raise UserError(f"{path}: stands where a folder is to be; move it away")
 
 
 def describe_environment() -> str:
