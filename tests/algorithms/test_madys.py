@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from oracles.generation import Lived
-from skillcrew.algorithms import skill_learning
+from skillcrew.algorithms import skill_learning, team_search
 from skillcrew.algorithms import skill_teams as module
 from skillcrew.algorithms.madys import MADyS, MADySConfig
 from skillcrew.algorithms.skill_teams import SkillTeamsState
@@ -25,7 +25,7 @@ from skillcrew.learners.td3 import TD3Config
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.selector import Selector, SelectorConfig
-from skillcrew.rollout import rollout
+from skillcrew.rollout import Trajectories, rollout
 
 AGENTS, SKILLS, EPISODES, TEAMS, PROBES = 2, 4, 5, 7, 3
 DISCOUNT = 0.8
@@ -327,6 +327,62 @@ def test_returns_are_of_each_skills_own_probes(run, lived) -> None:
             for t in range(len(episode))
         ]
         assert run[1][0][f"return_{name}"] == pytest.approx(np.mean(returns), rel=1e-4)
+
+
+@pytest.mark.parametrize("task_ends_skills", [False, True])
+def test_returns_end_with_the_task_only_where_values_do(task_ends_skills: bool) -> None:
+    """The second probe of each skill is done after two steps; what it was paid last goes on, or not."""
+    config = dataclasses.replace(CONFIG, task_ends_skills=task_ends_skills)
+    learning = skill_learning.SkillLearning(ENV, config)
+    time, worlds = ENV.episode_length, SKILLS * PROBES
+    rewards = np.random.default_rng(0).normal(size=(time, worlds, AGENTS, SKILLS)).astype(np.float32)
+    is_second = np.arange(worlds) % PROBES == 1
+    lived = (np.arange(time)[:, None] < 2) | ~is_second
+    nothing = jnp.zeros((time, worlds, AGENTS, 1))
+    trajectories = Trajectories(
+        team_reward=jnp.zeros((time, worlds)),
+        terminated=jnp.zeros((time, worlds), bool).at[1].set(is_second),
+        mask=jnp.asarray(lived),
+        observation=nothing,
+        action=nothing,
+        next_observation=nothing,
+        local_rewards=jnp.asarray(rewards),
+        choice=jnp.zeros((time, worlds, AGENTS), jnp.int32),
+    )
+    if not task_ends_skills:
+        rewards[2:, is_second] = rewards[1, is_second]
+        lived[:] = True
+    for skill_index, measured in enumerate(learning._returns(trajectories)):
+        returns = [
+            sum(CONFIG.learner.discount ** (u - t) * rewards[u, world, agent, skill_index] for u in steps[n:])
+            for world in range(skill_index * PROBES, (skill_index + 1) * PROBES)
+            for agent in range(AGENTS)
+            for steps in [np.flatnonzero(lived[:, world])]
+            for n, t in enumerate(steps)
+        ]
+        assert float(measured) == pytest.approx(np.mean(returns), rel=1e-4)
+
+
+def test_finalists_race_with_the_noise_that_all_others_had(monkeypatch) -> None:
+    """Noisy and noise-free returns are not of one kind. Looked at while the step is traced."""
+    noises: list[Any] = []
+    drawn: list[Any] = []
+
+    def spy(*inputs, **named):
+        noises.append(inputs[3])
+        return rollout(*inputs, **named)
+
+    def noise(self, learning):
+        drawn[:] = drawn or [jnp.where(learning, self.config.exploration_noise, 0.0)]
+        return drawn[0]
+
+    for user in (module, team_search):
+        monkeypatch.setattr(user, "rollout", spy)
+    monkeypatch.setattr(skill_learning.SkillLearning, "noise", noise)
+    raced = MADyS(ENV, dataclasses.replace(CONFIG, race=team_search.RaceConfig(2, 3), exploration_noise=0.3))
+    jax.eval_shape(lambda key: raced.step(raced.init(key)), jax.random.key(0))
+    assert len(noises) == 2
+    assert noises[0] is noises[1] is drawn[0]
 
 
 def test_every_skill_learns(before, after) -> None:

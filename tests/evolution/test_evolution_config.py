@@ -38,6 +38,8 @@ StrategyConfig = unhooked(strategy).StrategyConfig
         (MutationConfig, "large_strength", -3.0),
         (MutationConfig, "reset_deviation", -2.0),
         (MutationConfig, "gaussian_deviation", -7.0),
+        (MutationConfig, "limit", 0.0),
+        (MutationConfig, "limit", float("nan")),
         (StrategyConfig, "deviation", 0.0),
         (StrategyConfig, "learning_rate", -0.5),
         (StrategyConfig, "learning_rate", float("nan")),

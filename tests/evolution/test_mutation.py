@@ -100,3 +100,36 @@ def test_each_child_draws_its_own_share_of_changed_weights() -> None:
     assert share.min() < 0.015 and share.max() > 0.35
     # Uniform in the logarithm: the median is the geometric mean of the two ends.
     assert np.median(share) == pytest.approx((0.4 * 0.01) ** 0.5, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        MutationConfig(fraction=1.0, smallest_fraction=1.0, large_probability=0.9, limit=6.0),
+        MutationConfig(kind="gaussian", gaussian_deviation=9.0, limit=6.0),
+    ],
+    ids=lambda config: config.kind,
+)
+def test_no_change_makes_a_weight_larger_than_the_limit(config: MutationConfig) -> None:
+    before = jnp.full((40, 50), 5.0).at[0].set(70.0)
+    after = np.asarray(mutate(jax.random.key(6), before, config)[0])
+    changed = after != np.asarray(before)
+    assert np.abs(after[changed]).max() == 6.0
+    # What a learner that migrated brought along stays as it is where nothing changes it.
+    assert (after[0][~changed[0]] == 70.0).all()
+
+
+def test_weights_stay_small_over_a_long_line_of_mutations() -> None:
+    """By the default, and not by its limit; large relative noise lets them grow without one."""
+
+    def after_many(config: MutationConfig) -> float:
+        genomes = jax.random.normal(jax.random.key(7), (20, 100))
+
+        def once(genomes, key):
+            return mutate(key, genomes, config)[0], None
+
+        keys = jax.random.split(jax.random.key(8), 2000)
+        return float(jnp.abs(jax.jit(lambda: jax.lax.scan(once, genomes, keys))()[0]).max())
+
+    assert after_many(MutationConfig(limit=float("inf"))) < 30
+    assert after_many(MutationConfig(large_probability=0.1, limit=float("inf"))) > 1e4

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillcrew.learners.plateau import Plateau, PlateauConfig, mean_return
+from skillcrew.learners.plateau import Plateau, PlateauConfig, gone_on, mean_return
 
 GENERATIONS, SKILLS = 16, 3
 # Halves and quarters only: every running average is exact, so that ties are ties for both.
@@ -123,6 +123,35 @@ def test_mean_return_without_discount_is_the_mean_reward() -> None:
     rewards = jnp.array([[1.0, 2.0], [4.0, 9.0]])
     lived = jnp.array([[True, True], [True, False]])
     assert float(mean_return(rewards, lived, 0.0)) == pytest.approx(7 / 3)
+
+
+def test_a_skill_that_finishes_the_task_is_worth_more_than_one_that_waits_outside_it() -> None:
+    """Two teams on their way to a goal, paid min(1, 2 / distance): one arrives, one stops just short."""
+    time = 50
+    distance = np.maximum(12.0 - np.arange(time), 0.5)
+    arriving, hovering = 2 / np.maximum(distance, 2), 2 / np.maximum(distance, 2.2)
+    arrived = int(np.argmax(arriving == 1))
+    rewards = jnp.asarray(np.stack([arriving, hovering], 1))
+    mask = jnp.asarray(np.arange(time)[:, None] <= [arrived, time])
+    terminated = jnp.zeros((time, 2), bool).at[arrived, 0].set(True)
+
+    def return_of(world: int, rewards, mask) -> float:
+        return float(mean_return(rewards[:, world], mask[:, world], 0.8))
+
+    assert return_of(0, rewards, mask) < return_of(1, rewards, mask)
+    went_on = gone_on(rewards, mask, terminated)
+    assert return_of(0, *went_on) > return_of(1, *went_on)
+
+
+def test_only_what_was_finished_goes_on_and_with_the_last_reward() -> None:
+    """World 0 is done at step 1, world 1 ends there for lack of time, world 2 is done where it had ended."""
+    rewards = jnp.arange(24.0).reshape(4, 3, 2)
+    mask = jnp.array([[True] * 3, [True] * 3, [False] * 3, [False] * 3])
+    terminated = jnp.zeros((4, 3), bool).at[1, 0].set(True).at[3, 2].set(True)
+    paid, counts = gone_on(rewards, mask, terminated)
+    assert counts.tolist() == [[True] * 3, [True] * 3, [True, False, False], [True, False, False]]
+    np.testing.assert_array_equal(paid[:2], rewards[:2])
+    np.testing.assert_array_equal(paid[2:, 0], np.broadcast_to(rewards[1, 0], (2, 2)))
 
 
 def test_all_stop_at_once_and_those_that_had_stopped_keep_their_generation() -> None:

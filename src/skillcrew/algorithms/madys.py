@@ -48,7 +48,8 @@ class MADyS(SkillTeams):
         episodes, recorded, taken = self._live(state, make_team, learning, key_start, key_rollout)
 
         # Lines 9 to 15: fitness is the mean team return g; rank, elites, tournament, crossover, mutation.
-        search, measured = self._search.evolve(key_evolution, state.search, episodes, make_team)
+        noise = self._skills.noise(learning)
+        search, measured = self._search.evolve(key_evolution, state.search, episodes, make_team, noise=noise)
 
         # Lines 16 to 22: each skill learns on its local reward, unless its return stopped improving.
         generation = state.generation + 1

@@ -15,7 +15,7 @@ from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.learners.dqn import DQNConfig
 from skillcrew.learners.learner import LearnerState, make_learner, unused_learner
-from skillcrew.learners.plateau import Plateau, PlateauConfig, mean_return
+from skillcrew.learners.plateau import Plateau, PlateauConfig, gone_on, mean_return
 from skillcrew.learners.td3 import TD3Config
 from skillcrew.policies.dispatch import Skills
 from skillcrew.policies.team import FixedChoiceTeam
@@ -229,7 +229,10 @@ class SkillLearning:
         return state, self._metrics(state, returns, losses)
 
     def _returns(self, probes: Trajectories) -> Float[Array, " skills"]:
-        """R_k of each skill, over its own probe episodes and all agents that can use it."""
+        """R_k of each skill, over its own probe episodes and all agents that can use it.
+
+        It ends with the team's task where its value does; see `SkillConfig.task_ends_skills`.
+        """
         users = jnp.array(self.repertoire.users) if self.repertoire else None
 
         def of_skill(skill, rewards, mask):
@@ -238,9 +241,11 @@ class SkillLearning:
                 mask &= jnp.broadcast_to(users[skill], mask.shape)
             return mean_return(rewards[..., skill], mask, self._learner.config.discount)
 
+        rewards, mask = probes.local_rewards, probes.mask
+        if not self.config.task_ends_skills:
+            rewards, mask = gone_on(rewards, mask, probes.terminated)
         by_skill = jax.tree.map(
-            lambda leaf: leaf.reshape(leaf.shape[0], self.n_skills, -1, *leaf.shape[2:]),
-            (probes.local_rewards, probes.mask),
+            lambda leaf: leaf.reshape(leaf.shape[0], self.n_skills, -1, *leaf.shape[2:]), (rewards, mask)
         )
         return jax.vmap(of_skill, in_axes=(0, 1, 1))(jnp.arange(self.n_skills), *by_skill)
 

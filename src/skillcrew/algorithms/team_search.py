@@ -33,7 +33,7 @@ class RaceConfig:
     finalists: int = 0
     """Teams that live them; 0 for no race."""
     episodes: int = 20
-    """More episodes of each finalist, without exploration noise, the same for all of them."""
+    """More episodes of each finalist, the same for all of them, with the noise that all others had."""
 
     def __post_init__(self) -> None:
         if self.finalists < 0:
@@ -190,10 +190,12 @@ class TeamSearch:
         make_team: Callable[[PyTree], Team],
         migrants: Migrants | None = None,
         credit: Float[Array, "worlds agents"] | None = None,
+        noise: Float[Array, ""] | float = 0.0,
     ) -> tuple[Any, dict[str, Array]]:
         """Ranks the teams by the episodes of their lineup, after a race if there is one, and breeds.
 
         Args:
+            noise: on the actions of these episodes, and so of the race's: fitness is of one kind.
             migrants: take the places of the worst before these breed; for an evolver that is a `Host`.
             credit: each agent's own part of its team's return, which it is bred for; of coevolution alone.
 
@@ -205,7 +207,9 @@ class TeamSearch:
         evaluations = jnp.ones(self.config.population)
         if self.config.race.finalists:
             key, key_race = jax.random.split(key)
-            fitness, evaluations, metrics["race_steps"] = self._race(key_race, state, fitness, make_team)
+            fitness, evaluations, metrics["race_steps"] = self._race(
+                key_race, state, fitness, make_team, noise
+            )
         if credit is not None:
             coevolution = cast(CooperativeCoevolution, self._evolver)
             of_teams = credit.reshape(self.config.population, -1, credit.shape[1]).mean(1)
@@ -229,6 +233,7 @@ class TeamSearch:
         state: Any,
         fitness: Float[Array, " population"],
         make_team: Callable[[PyTree], Team],
+        noise: Float[Array, ""] | float,
     ) -> tuple[Float[Array, " population"], Float[Array, " population"], Int[Array, ""]]:
         """Fitness with the finalists' further episodes, the evaluations it rests on, and the race's steps."""
         race = self.config.race
@@ -236,7 +241,7 @@ class TeamSearch:
         finalists = rank(self._evolver.standing(state, fitness))[: race.finalists]
         start = Start.draw(self._env, key_start, race.episodes)
         lineup = self._lineup(self._evolver.genomes(state)[finalists], start, make_team)
-        episodes, _ = rollout(self._env, lineup, key_rollout)
+        episodes, _ = rollout(self._env, lineup, key_rollout, noise)
         more = episodes.team_return(self.config.fitness_discount).reshape(race.finalists, -1).mean(1)
         share = self.config.episodes / (self.config.episodes + race.episodes)
         fitness = fitness.at[finalists].set(share * fitness[finalists] + (1 - share) * more)

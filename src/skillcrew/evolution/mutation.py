@@ -15,8 +15,10 @@ class MutationConfig:
     """How an individual changes when it mutates.
 
     "substructured" is that of sub-structured neuroevolution (Khadka et al. 2019, used by ERL,
-    CERL and MERL): few weights change, mostly by a little noise relative to their size,
-    sometimes by a lot, and sometimes they are drawn anew. "gaussian" adds noise to every weight.
+    CERL and MERL): few weights change, mostly by a little noise relative to their size, and
+    sometimes they are drawn anew. What it also has there, large noise relative to their size, is
+    off: it lets weights grow until networks are deaf (docs/algorithms/ea.md). "gaussian" adds
+    noise to every weight.
     """
 
     kind: Literal["substructured", "gaussian"] = "substructured"
@@ -28,9 +30,9 @@ class MutationConfig:
     smallest_fraction: float = 0.005
     """Smallest share. Each child draws its own between the two, uniformly in its logarithm: small changes
     refine, large ones look further away. Set both alike for a constant share (ERL: 0.1)."""
-    strength: float = 0.1
-    """Standard deviation of ordinary noise, as a share of the weight's size (ERL)."""
-    large_probability: float = 0.1
+    strength: float = 0.2
+    """Standard deviation of ordinary noise, as a share of the weight's size (ERL: 0.1)."""
+    large_probability: float = 0.0
     """Of the changed weights, the share with large noise (ERL: 0.05)."""
     large_strength: float = 10.0
     """Standard deviation of large noise, as a share of the weight's size (ERL)."""
@@ -40,6 +42,8 @@ class MutationConfig:
     """Standard deviation of weights drawn anew (ERL: 1)."""
     gaussian_deviation: float = 0.05
     """Standard deviation of plain Gaussian noise."""
+    limit: float = 100.0
+    """Largest size that a change can give a weight (CERL: 10,000,000)."""
 
     def __post_init__(self) -> None:
         if self.kind not in ("substructured", "gaussian"):
@@ -60,6 +64,8 @@ class MutationConfig:
         for field in ("strength", "large_strength", "reset_deviation", "gaussian_deviation"):
             if not getattr(self, field) >= 0:
                 raise UserError(f"mutation.{field} = {getattr(self, field)}: give a number of at least 0")
+        if not self.limit > 0:
+            raise UserError(f"mutation.limit = {self.limit}: give a positive number, or inf for no limit")
 
 
 def mutate(
@@ -88,11 +94,12 @@ def substructured(
     changed = jnp.where(
         (draw >= large) & (draw < reset), config.reset_deviation * noise, genomes * (1 + strength * noise)
     )
-    return jnp.where(draw < 1, changed, genomes)
+    return jnp.where(draw < 1, jnp.clip(changed, -config.limit, config.limit), genomes)
 
 
 def gaussian(
     key: Key[Array, ""], genomes: Float[Array, "children genes"], config: MutationConfig
 ) -> Float[Array, "children genes"]:
     """Adds normal noise to every weight."""
-    return genomes + config.gaussian_deviation * jax.random.normal(key, genomes.shape)
+    changed = genomes + config.gaussian_deviation * jax.random.normal(key, genomes.shape)
+    return jnp.clip(changed, -config.limit, config.limit)

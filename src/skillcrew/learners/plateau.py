@@ -106,3 +106,20 @@ def mean_return(
     weight = (1 - discount**steps) / (1 - discount)
     weight = weight.reshape(-1, *(1,) * (rewards.ndim - 1))
     return jnp.where(mask, rewards * weight, 0.0).sum() / mask.sum(dtype=jnp.float32)
+
+
+def gone_on(
+    rewards: Float[Array, "time worlds *any"],
+    mask: Bool[Array, "time worlds"],
+    terminated: Bool[Array, "time worlds"],
+) -> tuple[Float[Array, "time worlds *any"], Bool[Array, "time worlds"]]:
+    """Rewards, and the steps that count, as if done tasks ended no episode: each last reward goes on.
+
+    A value that does not end with the team's task is compared with a return that does not either: else a
+    skill that finishes the task is paid for a few steps, and one that waits just outside it for all of them.
+    """
+    done = (terminated & mask).any(0)
+    last = jnp.maximum(mask.sum(0) - 1, 0)
+    paid_last = jnp.take_along_axis(rewards, last.reshape(1, -1, *(1,) * (rewards.ndim - 2)), axis=0)
+    lived = mask.reshape(*mask.shape, *(1,) * (rewards.ndim - 2))
+    return jnp.where(lived, rewards, paid_last), mask | done[None]
