@@ -43,6 +43,16 @@ def ea(evolver: str, evolution: sc.EvolutionConfig, **fields: Any) -> Callable[[
     return lambda env: sc.EA(env, evolver=evolver, evolution=evolution, **common, **fields)
 
 
+LITTLE = sc.TD3Config(batch_size=8, network=sc.NetworkConfig(hidden=(4,)))
+
+
+def with_skills(kind: Any, **fields: Any) -> Callable[[Any], Any]:
+    """One whose skills, or actors, learn beside the search on rewards that are not scaled."""
+    common = {"population": 12, "episodes": 2, "fitness_discount": 1.0, "updates": 2, "learner": LITTLE}
+    return lambda env: kind(env, **common, **fields)
+
+
+BREEDING = sc.EvolutionConfig(elites=2, restart=sc.RestartConfig(patience=2))
 CASES: dict[str, tuple[Callable[[Any], Any], tuple[tuple[float, float], ...]]] = {
     "genetic": (ea("genetic", sc.EvolutionConfig(elites=2, **RANKED)), EVERY),
     "genetic, priors": (ea("genetic", sc.EvolutionConfig(elites=2, challengers=2)), FACTORS),
@@ -62,6 +72,17 @@ CASES: dict[str, tuple[Callable[[Any], Any], tuple[tuple[float, float], ...]]] =
         ),
         EVERY,
     ),
+    "mfl": (with_skills(sc.MFL, probe_episodes=2, pretraining_steps=300, evolution=BREEDING), FACTORS),
+    "madys-plus": (
+        with_skills(
+            sc.MADySPlus,
+            probe_episodes=1,
+            evolution=BREEDING,
+            selector=sc.SelectorConfig(hidden=(), phases=3, reactive=True, alike=0.5),
+        ),
+        FACTORS,
+    ),
+    "merl": (with_skills(sc.MERL, evolution=BREEDING, learner_episodes=1), FACTORS),
 }
 
 
