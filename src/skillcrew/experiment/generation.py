@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Int, Key, PyTree
+from jaxtyping import Array, Bool, Int, Key, PyTree, UInt32
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.experiment.config import RunConfig
@@ -23,6 +23,10 @@ compile half as long again, and run no faster."""
 ALWAYS_NUMBERS = ("fitness_best", "fitness_mean", RETURN.key)
 """Metrics that are never NaN if all is well; the loss of a skill that does not learn is."""
 
+TRAINING, SCORING, EVALUATION = 0, 1, 0x5EED
+"""Numbers of a seed's streams of random numbers: what it trains by, the scores of its curve, and the score in
+the end. JAX's fold of different numbers into one key gives different keys."""
+
 
 class RunState(eqx.Module):
     """All that a run goes on from, for one seed; the runner stacks seeds in front."""
@@ -35,13 +39,17 @@ class RunState(eqx.Module):
     environment_steps: Int[Array, "*seeds"]
 
 
-def initial_state(algorithm: Algorithm, seed: Array) -> RunState:
+def initial_state(algorithm: Algorithm, seed: UInt32[Array, ""]) -> RunState:
     """The state before the first generation of one seed."""
-    key, score_key = jax.random.split(jax.random.key(seed))
-    state = algorithm.init(key)
+    state, score_key = algorithm.init(stream(seed, TRAINING)), stream(seed, SCORING)
     zero = jnp.zeros((), jnp.int32)
     # As a checkpoint gives it back, so that a resumed run is the same program.
     return jax.tree.map(_strongly_typed, RunState(state, algorithm.team(state), score_key, zero, zero))
+
+
+def stream(seed: UInt32[Array, ""], number: int) -> Key[Array, ""]:
+    """The root of one of a seed's streams of random numbers: `TRAINING`, `SCORING` or `EVALUATION`."""
+    return jax.random.fold_in(jax.random.key(seed), number)
 
 
 def one_generation(
@@ -178,7 +186,7 @@ def shapes(algorithm: Algorithm, config: RunConfig) -> RunState:
     )
 
 
-def seeds_of(config: RunConfig) -> Array:
+def seeds_of(config: RunConfig) -> UInt32[Array, " seeds"]:
     """The seeds as an array."""
     return jnp.asarray(config.seeds, jnp.uint32)
 

@@ -8,6 +8,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, UInt32
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.envs.environment import Environment
@@ -23,9 +24,6 @@ from skillcrew.experiment.progress import Reporter, SilentReporter
 from skillcrew.experiment.runner import Runner
 from skillcrew.policies.team import Team
 from skillcrew.policies.team_by_type import TeamByType
-
-EVALUATION_KEY = 0x5EED
-"""Root of the worlds that champions are evaluated in; no training key is derived from it."""
 
 
 class Run:
@@ -83,19 +81,21 @@ class Run:
     def evaluate(self, episodes: int = 1000) -> Evaluation:
         """Plays every seed's champion on fresh episodes, without exploration noise.
 
-        The episodes are the same for all seeds and runs of an environment, and no selection ever
-        saw them.
+        No selection ever saw the episodes. Each seed has worlds of its own, so that an interval over
+        seeds includes what the choice of worlds leaves open; the same seed has the same ones in all runs
+        of an environment, so that methods can be compared seed by seed.
         """
         if not 1 <= episodes <= MOST_AT_ONCE:
             raise UserError(f"episodes = {episodes}: give a number from 1 to {MOST_AT_ONCE}")
 
-        def play(team: Team) -> Any:
-            played = generation.play(self.algorithm, team, jax.random.key(EVALUATION_KEY), episodes)
+        def play(team: Team, seed: UInt32[Array, ""]) -> Any:
+            key = generation.stream(seed, generation.EVALUATION)
+            played = generation.play(self.algorithm, team, key, episodes)
             choices = jnp.where(played.mask[..., None], played.choice, -1)
             return played.team_return(), choices, played.completed()
 
-        champions = self.champions()
-        returns, choices, completed = generation.compiled(jax.vmap(play), champions)(champions)
+        of_all = self.champions(), generation.seeds_of(self.config)
+        returns, choices, completed = generation.compiled(jax.vmap(play), *of_all)(*of_all)
         return Evaluation(
             self.config.seeds,
             episodes,
