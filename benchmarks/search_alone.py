@@ -21,11 +21,11 @@ from benchmarks.machine import cpu_model
 
 import skillcrew as sc
 from skillcrew.algorithms.skill_teams import SkillTeams
-from skillcrew.analysis.comparison import steps_to
+from skillcrew.analysis.levels import Windows, reaching
 from skillcrew.experiment.generation import compiled, play
 
-GENERATIONS, EPISODES, WINDOW = 5, 200, 3
-"""Between two scores; of a score; scores in the running mean that a threshold is read off."""
+GENERATIONS, EPISODES = 5, 200
+"""Between two scores; of a score."""
 
 
 class WithoutPhases(sc.MADySPlus):
@@ -73,7 +73,7 @@ def variants() -> Mapping[str, Callable[[Any], SkillTeams]]:
 
 
 def search(algorithm: SkillTeams, skills: Any, steps: int, seeds: range) -> list[tuple[float, float, float]]:
-    """For each seed the steps to 0.5 and 0.9 (NaN: never), and the champion's success in the end."""
+    """For each seed the steps to 0.5 and 0.9 (NaN: not held), and the champion's success in the end."""
 
     def begin(seed: Any) -> Any:
         key_init, key_score = jax.random.split(jax.random.key(seed))
@@ -95,7 +95,9 @@ def search(algorithm: SkillTeams, skills: Any, steps: int, seeds: range) -> list
             state, now, score = program(state)
             lived.append(int(now))
             scores.append(float(score))
-        half, most = (steps_to(np.array(lived), np.array(scores), at, WINDOW) for at in (0.5, 0.9))
+        curve, windows = (np.array(lived), np.array(scores)), Windows.of(steps)
+        levels = [reaching(*curve, level, windows, lived[-1]) for level in (0.5, 0.9)]
+        half, most = (level.steps if level.held else np.nan for level in levels)
         reached.append((half, most, float(np.mean(scores[-5:]))))
     return reached
 

@@ -1,7 +1,6 @@
 """Numbers to compare algorithms by, against exact fractions, SciPy and whole enumerations."""
 
 import itertools
-import math
 from fractions import Fraction
 
 import numpy as np
@@ -17,7 +16,6 @@ from skillcrew.analysis.comparison import (
     interquartile_interval,
     interquartile_mean,
     probability_of_improvement,
-    steps_to,
 )
 
 # Eighths and their sums are exact in floating point, so that a threshold is met exactly or not at all.
@@ -40,41 +38,6 @@ def test_a_curve_of_returns_begins_with_its_first_value():
     # 10 steps at -4, 10 from there to -2, and 20 more.
     assert area_under_curve(steps, values, 40, start=None) == pytest.approx((-40 - 30 - 40) / 40)
     assert area_under_curve(steps, values, 40) == pytest.approx((-20 - 30 - 40) / 40)
-
-
-# Steps to a threshold
-
-
-@given(eighths, st.integers(0, 8), st.integers(1, 5), st.integers(1, 1000))
-def test_steps_to_is_the_first_row_whose_average_looking_back_is_high_enough(values, threshold, window, pace):
-    steps = np.cumsum(np.arange(len(values)) + pace)
-    expected = math.nan
-    for row in reversed(range(len(values))):
-        latest = values[max(0, row - window + 1) : row + 1]
-        if Fraction(sum(latest), len(latest)) >= threshold:
-            expected = float(steps[row])
-    found = steps_to(steps, np.array(values) / 8, threshold / 8, window)
-    np.testing.assert_equal(found, expected)
-
-
-def test_a_threshold_that_is_never_reached_is_nan():
-    steps, values = np.array([10, 20, 30]), array(0.25, 0.75, 0.5)
-    assert math.isnan(steps_to(steps, values, 0.875, 1))
-    # One lucky generation is not enough where three are averaged.
-    assert steps_to(steps, values, 0.75, 1) == 20
-    assert math.isnan(steps_to(steps, values, 0.75, 3))
-
-
-def test_what_comes_later_changes_nothing():
-    steps, values = np.arange(1, 7) * 100, array(0, 0.5, 0.5, 0.75, 1, 1)
-    alone = steps_to(steps[:4], values[:4], 0.5, 3)
-    assert alone == 400 == steps_to(steps, values, 0.5, 3)
-
-
-def test_a_plateau_at_the_threshold_reaches_it_in_the_precision_of_metrics():
-    # A run's metrics are recorded in single precision, where 90 of 100 episodes are a little below 0.9.
-    values = np.full(6, 90 / 100, np.float32)
-    assert steps_to(np.arange(1, 7), values, 0.9, 5) == 1
 
 
 # Area under a curve

@@ -22,6 +22,8 @@ from skillcrew.experiment.reproduction import plan, reproduction
 SEEDS = (7, 3, 20, 5)
 # The two in the middle are seeds 20 and 7, and the upper one of them is 7.
 WINS = {7: 12, 3: 20, 20: 9, 5: 0}
+SHARE = np.arange(1, made_up.GENERATIONS + 1) / made_up.GENERATIONS
+"""Of the budget, at the end of each generation within it."""
 
 
 @pytest.fixture
@@ -107,10 +109,10 @@ def test_curves_stand_in_the_panel_of_their_environment(folder, planned, drawn):
     for index, (one, curve) in enumerate(zip(planned, curves, strict=True)):
         assert curve.label == {"madys": "MADyS", "mfl": "MFL", "ea": "EA"}[one.method]
         # All seeds end with the budget, and the generation beyond it is left out.
-        expected = np.outer(list(heights(-index).values()), np.arange(1, 9) / 8)
+        expected = np.outer(list(heights(-index).values()), SHARE)
         assert len(curve.per_seed) == len(SEEDS)
         for (steps, values), row in zip(curve.per_seed, expected, strict=True):
-            np.testing.assert_array_equal(steps, one.config.steps * np.arange(1, 9) / 8)
+            np.testing.assert_array_equal(steps, np.rint(one.config.steps * SHARE))
             np.testing.assert_allclose(values, row, rtol=1e-6)
         # As many points in the first decade of a logarithmic axis as in any other.
         ratios = curve.band.steps[1:] / curve.band.steps[:-1]
@@ -158,11 +160,10 @@ def test_the_table_has_what_each_seed_reached(folder, planned, not_drawn):
             assert float(row["success"]) == abs(WINS[seed] - index) / made_up.EPISODES
             # A straight line from 0 to its height at the end of the budget.
             assert float(row["area"]) == pytest.approx(height / 2, rel=1e-5)
-            # The average over five generations in a row is that of the one in the middle, or of all so far.
-            averages = [height * max((now + 1) / 2, now - 2) / 8 for now in range(1, 9)]
-            for name, threshold in (("steps_to_half", 0.5), ("steps_to_nine_tenths", 0.9)):
-                reached = [now for now, value in enumerate(averages, start=1) if value >= threshold - 1e-6]
-                expected = one.config.steps / 8 * reached[0] if reached else float("nan")
+            # The windows are one row and ten of forty: it climbs to its height, and holds what it passes.
+            for name, level in (("steps_to_half", 0.5), ("steps_to_nine_tenths", 0.9)):
+                passed = [now for now in SHARE if height * now >= level - 1e-6 and now <= 0.75]
+                expected = np.rint(one.config.steps * passed[0]) if passed else float("nan")
                 np.testing.assert_equal(float(row[name]), expected)
     assert next(rows, None) is None
     assert len({row["steps_to_half"] for row in table(folder)}) > 2, "all reach it together"

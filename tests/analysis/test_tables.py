@@ -8,6 +8,7 @@ import pytest
 from scipy import stats
 
 from skillcrew.analysis import comparison
+from skillcrew.analysis.levels import Reaching
 from skillcrew.analysis.tables import Entry, markdown_table, write_tables
 from skillcrew.experiment.score import RETURN
 
@@ -27,8 +28,12 @@ def entry(method="MADyS", environment="rover-t2-c1", seeds=SEEDS, steps=None, **
     same = {"final": 0.5, "area": 0.25, "half": 1e6, "nine_tenths": 2e6}
     numbers = {name: np.broadcast_to(np.array(value, float), len(seeds)) for name, value in same.items()}
     numbers |= {name: np.array(value, float) for name, value in measured.items()}
-    reached = {0.5: numbers.pop("half"), 0.9: numbers.pop("nine_tenths")}
-    return Entry(environment, method, seeds, steps or ENVIRONMENTS[environment], steps_to=reached, **numbers)
+    budget = steps or ENVIRONMENTS[environment]
+    reached = {
+        level: [Reaching(budget if np.isnan(at) else float(at), not np.isnan(at)) for at in numbers.pop(name)]
+        for level, name in ((0.5, "half"), (0.9, "nine_tenths"))
+    }
+    return Entry(environment, method, seeds, budget, steps_to=reached, **numbers)
 
 
 @pytest.fixture
@@ -96,8 +101,12 @@ def test_each_cell_of_each_method(entries):
         assert middle == pytest.approx(stats.trim_mean(entry.final, 0.25), abs=6e-4)
         assert low <= middle <= high
         assert row[4] == student(entry.area)
-        assert row[5] == f"{np.mean(entry.steps_to[0.5]) / 1e6:.2f} M"
-        assert row[6] == f"{np.mean(entry.steps_to[0.9][:2]) / 1e6:.2f} M (2 of 3 seeds)"
+        half, nine_tenths = (np.mean([one.steps for one in reached]) for reached in entry.steps_to.values())
+        assert row[5] == f"{half / 1e6:.2f} M"
+        assert re.fullmatch(r"> \d+\.\d\d M \(2 of 3 seeds\)", row[6])
+        assert 0 <= nine_tenths / 1e6 - float(row[6].split()[1]) < 0.01, (
+            "what is bounded below is rounded down"
+        )
         if entry is reference:
             assert row[7] == ""
         else:
@@ -142,9 +151,9 @@ def test_one_that_is_not_everywhere_is_compared_where_it_is():
 @pytest.mark.parametrize(
     ("steps", "cell"),
     [
-        ([NAN, NAN, NAN], "not reached"),
-        ([1e6, NAN, NAN], "1.00 M (1 of 3 seeds)"),
-        ([1e6, NAN, 2e6], "1.50 M (2 of 3 seeds)"),
+        ([NAN, NAN, NAN], "> 3.00 M (0 of 3 seeds)"),
+        ([1e6, NAN, NAN], "> 2.33 M (1 of 3 seeds)"),
+        ([2e6, NAN, 3e6], "> 2.66 M (2 of 3 seeds)"),
         ([1e6, 2e6, 4.5e6], "2.50 M"),
     ],
 )
@@ -226,13 +235,13 @@ def test_budgets_that_differ_are_said_where_they_do(steps, given):
     smallest = min(steps.values())
     assert (
         f"The area is the mean height of the learning curve up to the smallest budget where budgets differ "
-        f"({smallest:g} M in rover-t3-c1); final success is at the end of a method's own budget. Steps are"
+        f"({smallest:g} M in rover-t3-c1); final success is at the end of a method's own budget. Steps to"
         in text
     )
 
 
 def test_nothing_is_said_of_budgets_that_do_not_differ(entries):
-    assert "The area is the mean height of the learning curve. Steps are" in below(entries)
+    assert "The area is the mean height of the learning curve. Steps to" in below(entries)
 
 
 def test_the_csv_file_has_the_exact_numbers_of_every_seed(entries, tmp_path):
@@ -248,7 +257,8 @@ def test_the_csv_file_has_the_exact_numbers_of_every_seed(entries, tmp_path):
     for row, (entry, index) in zip(rows, expected, strict=True):
         assert (row["environment"], row["method"]) == (entry.environment, entry.method)
         assert (int(row["seed"]), int(row["steps"])) == (SEEDS[index], ENVIRONMENTS[entry.environment])
-        numbers = (entry.final, entry.area, entry.steps_to[0.5], entry.steps_to[0.9])
+        reached = ([one.steps if one.held else NAN for one in seeds] for seeds in entry.steps_to.values())
+        numbers = (entry.final, entry.area, *reached)
         for name, of_seeds in zip(measured, numbers, strict=True):
             np.testing.assert_equal(float(row[name]), of_seeds[index])
 

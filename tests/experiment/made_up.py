@@ -11,6 +11,7 @@ from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.metrics import MetricsLog
 
 EPISODES = 20
+GENERATIONS = 40
 METHODS = ("madys", "mfl", "ea")
 FIGURES = {"fig-4.2": ("rover-t2-c1", "rover-t2-c2"), "fig-4.3": ("rover-t3-c1",)}
 STEPS = {
@@ -29,18 +30,20 @@ def shrink(monkeypatch, resamples: int = 40) -> None:
 def write_run(where: RunFolder, planned: PlannedRun, heights: Mapping[int, float]) -> None:
     """A trained run without champions: each seed's success climbs over its budget to its height.
 
-    It does so in eight equal generations; a ninth is beyond the budget and reaches 1.
+    It does so in equal generations; one more is beyond the budget and reaches 1.
     """
     assert tuple(heights) == planned.config.seeds
     where.create(planned.to_yaml())
     log = MetricsLog(planned.config.seeds)
-    share = np.arange(1, 10) / 8
+    share = np.arange(1, GENERATIONS + 2) / GENERATIONS
     values = np.outer(list(heights.values()), share)
     values[:, -1] = 1
     log.add(
         {
-            "generation": np.tile(np.arange(1, 10, dtype=np.int32), (len(heights), 1)),
-            "environment_steps": np.tile((share * planned.config.steps).astype(np.int32), (len(heights), 1)),
+            "generation": np.tile(np.arange(1, GENERATIONS + 2, dtype=np.int32), (len(heights), 1)),
+            "environment_steps": np.tile(
+                np.rint(share * planned.config.steps).astype(np.int32), (len(heights), 1)
+            ),
             "success_rate": values.astype(np.float32),
         }
     )

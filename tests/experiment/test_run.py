@@ -107,9 +107,7 @@ def test_no_seed_trains_and_is_scored_by_the_same_random_numbers():
     # The seed 24301 is where that once happened: the number of the evaluation's stream.
     seeds = jnp.asarray([0, 1, 2, 3, 2000, 24301, 24302, 2**32 - 1], jnp.uint32)
     streams = (generation.TRAINING, generation.SCORING, generation.EVALUATION)
-    roots = [
-        jax.vmap(lambda seed, number=number: generation.stream(seed, number))(seeds) for number in streams
-    ]
+    roots = [jax.vmap(lambda seed, n=n: generation.stream(seed, n))(seeds) for n in streams]
     # What an algorithm or a rollout does with its root first.
     derived = [jax.vmap(lambda root: jax.random.split(root, 4))(root) for root in roots]
     keys = np.concatenate([jax.random.key_data(key).reshape(-1, 2) for key in (*roots, *derived)])

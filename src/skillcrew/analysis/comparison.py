@@ -4,13 +4,11 @@ Interquartile means, their stratified bootstrap and the probability of improveme
 al. 2021 (Deep reinforcement learning at the edge of the statistical precipice).
 """
 
-import math
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Real
 
-from skillcrew.analysis.statistics import moving_average
 from skillcrew.intervals import Interval
 
 RESAMPLES = 10_000
@@ -18,18 +16,6 @@ RESAMPLES = 10_000
 
 Scores = Float[np.ndarray, "tasks _"]
 """One row per task, of the scores of its seeds."""
-
-
-def steps_to(
-    steps: Real[np.ndarray, " rows"], values: Float[np.ndarray, " rows"], threshold: float, window: int
-) -> float:
-    """Environment steps after which one seed's curve, averaged over `window` rows, first reaches a threshold.
-
-    NaN if it never does. The average looks back only.
-    """
-    # Metrics are in single precision, in which 90 of 100 episodes are a little below 0.9.
-    reached = np.flatnonzero(moving_average(values, window) >= threshold - 1e-6)
-    return float(steps[reached[0]]) if len(reached) else math.nan
 
 
 def area_under_curve(

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from skillcrew.analysis.canvas import save
-from skillcrew.analysis.comparison import area_under_curve, steps_to
+from skillcrew.analysis.comparison import area_under_curve
 from skillcrew.analysis.curves import Curve, panels_of_curves
-from skillcrew.analysis.report import SMOOTHING, learning_curve
+from skillcrew.analysis.levels import Windows, reaching
+from skillcrew.analysis.report import learning_curve
 from skillcrew.analysis.tables import Entry, write_tables
 from skillcrew.errors import UserError
 from skillcrew.experiment.comparison import Comparison, ComparisonFolder, PlannedRun
@@ -29,7 +29,8 @@ def write_results(folder: ComparisonFolder, comparison: Comparison) -> list[Path
         The files written, those to look at first before the others.
     """
     runs = comparison.runs
-    curves = {one.name: _curve(folder.run(one), one) for one in runs}
+    horizons = {one.name: comparison.horizon(one.environment) for one in runs}
+    curves = {one.name: _curve(folder.run(one), one, horizons[one.name]) for one in runs}
     written = []
     for figure in comparison.figures:
         panels = {
@@ -37,9 +38,7 @@ def write_results(folder: ComparisonFolder, comparison: Comparison) -> list[Path
             for environment in figure.environments
         }
         written += save(panels_of_curves(panels, figure.title), folder.figures / figure.name)
-    entries = [
-        _entry(folder.run(one), one, curves[one.name], comparison.horizon(one.environment)) for one in runs
-    ]
+    entries = [_entry(folder.run(one), one, curves[one.name], horizons[one.name]) for one in runs]
     written += write_tables(folder.path, entries)
     for one in runs:
         written += _copy_skills(folder, one)
@@ -51,32 +50,27 @@ def write_results(folder: ComparisonFolder, comparison: Comparison) -> list[Path
     return [*written, folder.configurations, environment]
 
 
-def _curve(where: RunFolder, planned: PlannedRun) -> Curve:
-    curve = learning_curve(Run(where.path, planned.algorithm.env), planned.label, logarithmic=True)
+def _curve(where: RunFolder, planned: PlannedRun, horizon: int) -> Curve:
+    run = Run(where.path, planned.algorithm.env)
+    curve = learning_curve(run, planned.label, logarithmic=True, budget=horizon)
     return dataclasses.replace(
         curve, pretrained_at=getattr(planned.algorithm.config, "pretraining_steps", None)
     )
 
 
 def _entry(where: RunFolder, planned: PlannedRun, curve: Curve, horizon: int) -> Entry:
-    """What one run reached; `horizon`: environment steps over which its curve is averaged."""
-    score = score_of(planned.algorithm.env)
-
-    def of_seeds(measure: Any) -> Float[np.ndarray, " seeds"]:
-        return np.array([measure(np.asarray(steps), np.asarray(values)) for steps, values in curve.per_seed])
-
+    """What one run reached; `horizon`: environment steps that all methods of its environment had."""
+    score, budget = score_of(planned.algorithm.env), planned.config.steps
     return Entry(
         environment=planned.environment,
         method=planned.label,
         seeds=planned.config.seeds,
         steps=planned.config.steps,
         final=np.array([seed["mean"] for seed in _scores(where, planned)]),
-        area=of_seeds(lambda steps, values: area_under_curve(steps, values, horizon, score.start)),
+        area=np.array([area_under_curve(*seed, horizon, score.start) for seed in curve.per_seed]),
         steps_to={
-            threshold: of_seeds(
-                lambda steps, values, threshold=threshold: steps_to(steps, values, threshold, SMOOTHING)
-            )
-            for threshold in score.thresholds
+            level: [reaching(*seed, level, Windows.of(horizon), budget) for seed in curve.per_seed]
+            for level in score.thresholds
         },
         score=score,
     )

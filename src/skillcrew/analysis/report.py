@@ -7,6 +7,7 @@ import numpy as np
 
 from skillcrew.analysis.canvas import save
 from skillcrew.analysis.curves import Curve, learning_curves
+from skillcrew.analysis.levels import Windows
 from skillcrew.analysis.skill_figures import skill_distribution
 from skillcrew.analysis.statistics import mean_band
 from skillcrew.errors import UserError
@@ -15,9 +16,6 @@ from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.metrics import Columns
 from skillcrew.experiment.run import Run
 from skillcrew.experiment.score import RETURN, Score, score_of
-
-SMOOTHING = 5
-"""Generations that the mean curve averages over; single seeds are drawn as they are."""
 
 
 def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -> list[Path]:
@@ -52,11 +50,17 @@ def _said(evaluation: Evaluation, mean: float) -> str:
     return f"{mean:.1%} of {evaluation.episodes} episodes solved"
 
 
-def learning_curve(run: Run, label: str | None = None, logarithmic: bool = False) -> Curve:
+def learning_curve(
+    run: Run, label: str | None = None, logarithmic: bool = False, budget: float | int | None = None
+) -> Curve:
     """The champion's score on fresh episodes over environment steps, per seed and as a mean with its band.
+
+    The mean is smoothed over the trailing window of `Windows`; single seeds are as they are.
 
     Args:
         logarithmic: whether the band is for a logarithmic axis of steps.
+        budget: environment steps that the window is a share of, the same for all curves that are compared; by
+            default the run's own.
     """
     columns = run.metrics()
     score = score_of(run.algorithm.env)
@@ -69,8 +73,9 @@ def learning_curve(run: Run, label: str | None = None, logarithmic: bool = False
         raise UserError(
             f"{run.folder.metrics}: a seed has no generation yet; train longer before drawing a curve"
         )
+    window = Windows.of(budget or run.config.steps).trailing
     band = mean_band(
-        steps, values, window=SMOOTHING, lower=score.lower, upper=score.upper, logarithmic=logarithmic
+        steps, values, window=window, lower=score.lower, upper=score.upper, logarithmic=logarithmic
     )
     return Curve(label or run.algorithm.label, band, per_seed, score=score)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int, Real
 
+from skillcrew.analysis.levels import trailing_mean
 from skillcrew.errors import UserError
 from skillcrew.intervals import t_interval
 
@@ -26,7 +27,7 @@ def mean_band(
     steps: Sequence[Real[np.ndarray, " _"]],
     values: Sequence[Real[np.ndarray, " _"]],
     n_points: int = 200,
-    window: int = 1,
+    window: float | int = 0,
     lower: float = 0.0,
     upper: float = 1.0,
     logarithmic: bool = False,
@@ -43,9 +44,9 @@ def mean_band(
             skipped.
         n_points: points of the grid, at least 2; a single one is made where the seeds share a
             single step.
-        window: rows that a moving average covers, before interpolation and after NaN rows are
-            gone; 1 smooths nothing. It looks back only, over as many rows as there are yet, so
-            that smoothing never shows success before it happened.
+        window: environment steps that a moving average covers, before interpolation and after NaN
+            rows are gone; 0 smooths nothing. It looks back only, over as many rows as there are
+            yet, so that smoothing never shows success before it happened.
         lower: the least possible value; the interval is clipped to it.
         upper: the greatest possible value; likewise.
         logarithmic: whether the grid is even in the logarithm of steps and not in steps, for an axis of that
@@ -57,8 +58,8 @@ def mean_band(
     """
     if not steps or len(steps) != len(values):
         raise ValueError(f"as many steps as values, at least 1 seed, not {len(steps)} and {len(values)}")
-    if n_points < 2 or window < 1:
-        raise ValueError(f"n_points must be at least 2, window 1, not {n_points} and {window}")
+    if n_points < 2 or not window >= 0:
+        raise ValueError(f"n_points must be at least 2, window 0, not {n_points} and {window}")
     curves = [_measured(seed, *rows) for seed, rows in enumerate(zip(steps, values, strict=True))]
     first, last = max(x[0] for x, _ in curves), min(x[-1] for x, _ in curves)
     if first > last:
@@ -67,25 +68,8 @@ def mean_band(
         )
     spaced = np.geomspace if logarithmic else np.linspace
     grid = spaced(first, last, n_points) if first < last else np.array([first])
-    on_grid = np.stack([np.interp(grid, x, moving_average(y, window)) for x, y in curves])
+    on_grid = np.stack([np.interp(grid, x, trailing_mean(x, y, window)[0]) for x, y in curves])
     return Band(grid, *t_interval(on_grid, lower, upper))
-
-
-def moving_average(values: Float[np.ndarray, " rows"], window: int) -> Float[np.ndarray, " rows"]:
-    """The mean of each row and up to `window` - 1 rows before it.
-
-    Raises:
-        ValueError: a window below 1.
-    """
-    if window < 1:
-        raise ValueError(f"window must be at least 1, not {window}")
-    # Summed afresh for each offset, not by differences of a running sum: values in [0, 1] then
-    # average to values in [0, 1], and a plateau stays exactly flat.
-    total, count = np.zeros(len(values)), np.zeros(len(values), int)
-    for offset in range(min(window, len(values))):
-        total[offset:] += values[: len(values) - offset]
-        count[offset:] += 1
-    return total / np.maximum(count, 1)
 
 
 def skill_shares(

@@ -1,6 +1,7 @@
 """Comparisons of algorithms as tables, in Markdown for people and CSV for programs."""
 
 import csv
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,12 +10,18 @@ import numpy as np
 from jaxtyping import Float
 
 from skillcrew.analysis.comparison import interquartile_interval, probability_of_improvement
+from skillcrew.analysis.levels import Reaching, restricted_mean
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.score import SUCCESS, Score
 from skillcrew.intervals import Interval
 
 STEPS_COLUMNS = {0.5: "steps_to_half", 0.9: "steps_to_nine_tenths"}
 """Of a table for programs, by `Score.thresholds`."""
+
+REACHING = (
+    " Steps to a level are those after which a seed holds it, as a mean over all seeds. Where not all do, it "
+    "says how many, and is a lower bound (>): the others count with the steps that they lived without."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +38,8 @@ class Entry:
     area: Float[np.ndarray, " seeds"]
     """Mean of the learning curve from 0 to the smallest `steps` of all methods in the environment: beyond it
     whoever was given more would be paid for a longer plateau."""
-    steps_to: Mapping[float, Float[np.ndarray, " seeds"]]
-    """For each threshold of the score the environment steps to it; NaN where it was never reached."""
+    steps_to: Mapping[float, Sequence[Reaching]]
+    """For each threshold of the score when each seed reached it."""
     score: Score = SUCCESS
     """What is compared, the same in all entries of a table."""
 
@@ -86,8 +93,7 @@ def _footnotes(entries: Sequence[Entry]) -> list[str]:
         "method it is compared with. The area is the mean height of the learning curve"
         f"{_horizons(budgets, score)}."
     )
-    counted = " Steps are means over the seeds that got there, and how many did." if score.thresholds else ""
-    return [said + counted]
+    return [said + (REACHING if score.thresholds else "")]
 
 
 def _horizons(budgets: Mapping[str, Mapping[str, int]], score: Score) -> str:
@@ -172,12 +178,12 @@ def _find(entries: Sequence[Entry], environment: str, method: str) -> Entry:
     return next(entry for entry in entries if (entry.environment, entry.method) == (environment, method))
 
 
-def _steps(steps: Float[np.ndarray, " seeds"]) -> str:
-    reached = steps[~np.isnan(steps)]
-    if not len(reached):
-        return "not reached"
-    counted = "" if len(reached) == len(steps) else f" ({len(reached)} of {len(steps)} seeds)"
-    return f"{reached.mean() / 1e6:.2f} M{counted}"
+def _steps(reached: Sequence[Reaching]) -> str:
+    mean, count = restricted_mean(reached)
+    # What is bounded from below is rounded down.
+    if count < len(reached):
+        return f"> {np.floor(mean / 1e4) / 100:.2f} M ({count} of {len(reached)} seeds)"
+    return f"{mean / 1e6:.2f} M"
 
 
 def _write_csv(path: Path, entries: Sequence[Entry]) -> None:
@@ -187,7 +193,8 @@ def _write_csv(path: Path, entries: Sequence[Entry]) -> None:
         steps_columns = [STEPS_COLUMNS[threshold] for threshold in score.thresholds]
         writer.writerow(("environment", "method", "seed", "steps", score.word, "area", *steps_columns))
         for entry in entries:
-            measured = [entry.final, entry.area, *(entry.steps_to[one] for one in score.thresholds)]
             for index, seed in enumerate(entry.seeds):
-                values = [float(of_seeds[index]) for of_seeds in measured]
+                reached = [entry.steps_to[threshold][index] for threshold in score.thresholds]
+                values = [float(entry.final[index]), float(entry.area[index])]
+                values += [one.steps if one.held else math.nan for one in reached]
                 writer.writerow((entry.environment, entry.method, seed, entry.steps, *values))
