@@ -17,6 +17,7 @@ from skillcrew.analysis.comparison import (
     interquartile_mean,
     probability_of_improvement,
 )
+from skillcrew.intervals import proportion_interval, wilson
 
 # Eighths and their sums are exact in floating point, so that a threshold is met exactly or not at all.
 eighths = st.lists(st.integers(0, 8), min_size=1, max_size=12)
@@ -116,6 +117,17 @@ def test_equal_scores_leave_an_interval_without_width():
     assert (interval.mean, interval.low, interval.high) == (0.375, 0.375, 0.375)
 
 
+@given(st.integers(1, 3), st.integers(2, 6), st.integers(1, 1000))
+def test_the_interquartile_interval_has_what_episodes_leave_open(tasks, seeds, episodes):
+    alike = np.ones((tasks, seeds))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(comparison, "RESAMPLES", 20)
+        interval = interquartile_interval(alike, episodes=episodes)
+    middle = tasks * seeds - 2 * (tasks * seeds // 4)
+    assert interval == proportion_interval(middle * episodes, middle * episodes)
+    assert interval.low < 1.0
+
+
 def test_intervals_are_reproducible_and_leave_other_random_numbers_alone():
     scores = np.random.default_rng(5).random((2, 5))
     before = str(np.random.get_state())
@@ -156,7 +168,9 @@ def test_the_probability_of_improvement_counts_pairs(pair):
 @pytest.mark.parametrize(("ours", "expected"), [(0.9, 1.0), (0.5, 0.5), (0.1, 0.0)])
 def test_always_never_and_ties(ours, expected):
     interval = few_resamples(probability_of_improvement, np.full((2, 3), ours), np.full((2, 4), 0.5))
-    assert (interval.mean, interval.low, interval.high) == (expected,) * 3
+    # Three pairs of seeds in two tasks: what six trials without exception, or ties, leave open.
+    assert interval == wilson(expected, 6)
+    assert interval.low < 0.65 or interval.high < 0.5
 
 
 def test_tasks_are_compared_with_themselves_only():

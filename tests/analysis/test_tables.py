@@ -16,6 +16,7 @@ SEEDS = (2000, 2001, 2002)
 ENVIRONMENTS = {"rover-t2-c1": 3_000_000, "rover-t3-c1": 20_000_000}
 METHODS = ("MADyS", "MFL", "EA", "MADyS+")
 NAN = float("nan")
+EPISODES = 100
 
 
 @pytest.fixture(autouse=True)
@@ -33,7 +34,7 @@ def entry(method="MADyS", environment="rover-t2-c1", seeds=SEEDS, steps=None, **
         level: [Reaching(budget if np.isnan(at) else float(at), not np.isnan(at)) for at in numbers.pop(name)]
         for level, name in ((0.5, "half"), (0.9, "nine_tenths"))
     }
-    return Entry(environment, method, seeds, budget, steps_to=reached, **numbers)
+    return Entry(environment, method, seeds, budget, episodes=EPISODES, steps_to=reached, **numbers)
 
 
 @pytest.fixture
@@ -162,20 +163,43 @@ def test_steps_say_how_many_seeds_got_there(steps, cell):
     assert tables([entry(nine_tenths=steps)])[0][1][5:7] == ["1.00 M", cell]
 
 
-@pytest.mark.parametrize(
-    ("theirs", "difference", "apart"),
-    [
-        ([0.10, 0.11, 0.12], "+0.400", "yes"),
-        ([0.90, 0.91, 0.92], "-0.400", "yes"),
-        ([0.10, 0.50, 0.90], "+0.010", "no"),
-        ([0.50, 0.51, 0.52], "+0.000", "no"),
-    ],
-)
-def test_intervals_are_apart_or_not_whoever_is_ahead(theirs, difference, apart):
-    ours = [0.50, 0.51, 0.52]
-    heading, *rows = tables([entry(area=ours), entry("EA", area=theirs)])[1]
-    assert heading == ["environment", "area: MADyS against", "difference", "intervals apart"]
-    assert rows == [["rover-t2-c1", "EA", difference, apart]]
+def between(cell):
+    """`+0.500 [+0.400, +0.600]` as three numbers."""
+    match = re.fullmatch(r"([+-]\d\.\d{3}) \[([+-]\d\.\d{3}), ([+-]\d\.\d{3})\]", cell)
+    assert match, cell
+    return [float(number) for number in match.groups()]
+
+
+@pytest.mark.parametrize("theirs", [[0.10, 0.11, 0.12], [0.90, 0.93, 0.92], [0.10, 0.50, 0.90]])
+def test_differences_are_of_pairs_of_seeds(theirs):
+    ours = [0.50, 0.51, 0.55]
+    heading, row = tables([entry(area=ours), entry("EA", area=theirs)])[1]
+    assert heading == ["environment", "MADyS against", "difference of final success", "difference of area"]
+    expected = stats.ttest_rel(ours, theirs).confidence_interval()
+    mean, low, high = between(row[3])
+    assert mean == pytest.approx(np.mean(ours) - np.mean(theirs), abs=6e-4)
+    assert (low, high) == pytest.approx((expected.low, expected.high), abs=6e-4)
+    assert row[:2] == ["rover-t2-c1", "EA"]
+
+
+def test_seeds_are_paired_by_name_and_not_by_place():
+    ours, theirs = entry(area=[0.1, 0.5, 0.9]), entry("EA", seeds=SEEDS[::-1], area=[0.8, 0.4, 0.0])
+    assert tables([ours, theirs])[1][1][3] == "+0.100 [+0.100, +0.100]"
+
+
+def test_other_seeds_cannot_be_paired():
+    ours, theirs = entry(area=[0.1, 0.5, 0.9]), entry("EA", seeds=(1, 2, 3), area=[0.0, 0.4, 0.85])
+    expected = stats.ttest_ind(ours.area, theirs.area, equal_var=False).confidence_interval()
+    low, high = between(tables([ours, theirs])[1][1][3])[1:]
+    assert (low, high) == pytest.approx((expected.low, expected.high), abs=6e-4)
+
+
+def test_two_that_always_succeed_need_not_be_equal():
+    perfect = [entry(final=[1, 1, 1]), entry("EA", final=[1, 1, 1])]
+    of_episodes, differences = tables(perfect)[0][1], tables(perfect)[1][1]
+    assert numbers(of_episodes[2]) == numbers(of_episodes[3]) == [1.0, 0.987, 1.0]
+    assert between(differences[2]) == [0.0, -0.013, 0.013]
+    assert numbers(tables(perfect)[0][2][7])[1] < 0.2, "three ties"
 
 
 def test_each_method_is_compared_with_the_first_in_its_own_environment():
@@ -186,16 +210,17 @@ def test_each_method_is_compared_with_the_first_in_its_own_environment():
         entry("EA", "rover-t3-c1", area=[0.50, 0.51, 0.52]),
     ]
     heading, *rows = tables(table)[1]
-    assert heading[1] == "area: MFL against"
-    assert rows == [["rover-t2-c1", "EA", "-0.200", "yes"], ["rover-t3-c1", "EA", "+0.000", "no"]]
+    assert heading[1] == "MFL against"
+    assert [row[:2] for row in rows] == [["rover-t2-c1", "EA"], ["rover-t3-c1", "EA"]]
+    assert [between(row[3])[0] for row in rows] == [-0.2, 0.0]
 
 
 def test_a_single_seed_has_no_interval_over_seeds():
     one = [entry("MADyS", seeds=(4,), area=[0.9]), entry("EA", seeds=(4,), area=[0.1], final=[0.125])]
-    methods, apart, _ = tables(one)
+    methods, differences, _ = tables(one)
     assert [row[2] for row in methods[1:]] == ["0.500", "0.125"]
     assert [row[4] for row in methods[1:]] == ["0.900", "0.100"]
-    assert apart[1] == ["rover-t2-c1", "EA", "+0.800", "no"]
+    assert differences[1] == ["rover-t2-c1", "EA", "+0.375", "+0.800"]
     assert "nan" not in markdown_table(one)
 
 
@@ -267,7 +292,9 @@ def test_the_csv_file_has_the_exact_numbers_of_every_seed(entries, tmp_path):
 
 
 def returns(method, environment="pendulum", **measured):
-    return Entry(environment, method, SEEDS, 200_000, steps_to={}, score=RETURN, **measured)
+    return Entry(
+        environment, method, SEEDS, 200_000, episodes=EPISODES, steps_to={}, score=RETURN, **measured
+    )
 
 
 @pytest.fixture
@@ -297,7 +324,8 @@ def test_returns_have_no_thresholds_and_no_bounds(pendulum):
     assert first[4].startswith("-405 [-") and first[5] == ""
     better = float(second[5].split()[0])
     assert better == pytest.approx(ahead(values, pendulum[0].final), abs=6e-4)
-    assert tables(pendulum)[1][1] == ["pendulum", "TD3", "+298.5", "yes"]
+    expected = stats.ttest_rel(pendulum[0].area, pendulum[1].area).confidence_interval()
+    assert tables(pendulum)[1][1][3] == f"+298.5 [+{expected.low:.4g}, +{expected.high:.4g}]"
     text = markdown_table(pendulum)
     assert "success" not in text and "0.9" not in text and "ends with more return than" in text
 

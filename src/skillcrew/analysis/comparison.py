@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Real
 
-from skillcrew.intervals import Interval
+from skillcrew.intervals import Interval, widened
 
 RESAMPLES = 10_000
 """Of each bootstrap."""
@@ -44,21 +44,35 @@ def interquartile_mean(scores: Float[np.ndarray, "*any"]) -> float:
     return float(_middle_mean(np.ravel(np.asarray(scores, float))))
 
 
-def interquartile_interval(scores: Scores, seed: int = 0) -> Interval:
-    """The interquartile mean over tasks and seeds, with its stratified-bootstrap 95 % interval."""
+def interquartile_interval(scores: Scores, seed: int = 0, episodes: int | None = None) -> Interval:
+    """The interquartile mean over tasks and seeds, with its stratified-bootstrap 95 % interval.
+
+    Resampling seeds that agree leaves that no width: each end is at least as far out as Wilson's for the
+    episodes of the middle half of the scores together.
+
+    Args:
+        episodes: of each seed, if its score is the share of them that succeeded.
+    """
     drawn = _resampled(scores, np.random.default_rng(seed)).reshape(RESAMPLES, -1)
-    return _with_interval(interquartile_mean(scores), _middle_mean(drawn))
+    interval = _with_interval(interquartile_mean(scores), _middle_mean(drawn))
+    kept = scores.size - 2 * (scores.size // 4)
+    return widened(interval, None if episodes is None else kept * episodes)
 
 
 def probability_of_improvement(scores: Scores, others: Scores, seed: int = 0) -> Interval:
     """How likely a run of the one beats a run of the other on a task, averaged over tasks, ties as halves.
+
+    The interval is the stratified bootstrap's; where resampling leaves that no width, as where all seeds of
+    the one beat all of the other, it is Wilson's for as many independent pairs as there are.
 
     Args:
         scores: of the same tasks in the same order as `others`; they may have other numbers of seeds.
     """
     rng = np.random.default_rng(seed)
     drawn = _share_better(_resampled(scores, rng), _resampled(others, rng))
-    return _with_interval(float(_share_better(scores, others)), drawn)
+    interval = _with_interval(float(_share_better(scores, others)), drawn)
+    pairs = len(scores) * min(scores.shape[1], others.shape[1])
+    return widened(interval, pairs) if np.ptp(drawn) == 0 else interval
 
 
 def _middle_mean(scores: Float[np.ndarray, "*any all"]) -> Any:

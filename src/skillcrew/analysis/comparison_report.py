@@ -61,12 +61,14 @@ def _curve(where: RunFolder, planned: PlannedRun, horizon: int) -> Curve:
 def _entry(where: RunFolder, planned: PlannedRun, curve: Curve, horizon: int) -> Entry:
     """What one run reached; `horizon`: environment steps that all methods of its environment had."""
     score, budget = score_of(planned.algorithm.env), planned.config.steps
+    scores, episodes = _scores(where, planned)
     return Entry(
         environment=planned.environment,
         method=planned.label,
         seeds=planned.config.seeds,
         steps=planned.config.steps,
-        final=np.array([seed["mean"] for seed in _scores(where, planned)]),
+        final=np.array([seed["mean"] for seed in scores]),
+        episodes=episodes,
         area=np.array([area_under_curve(*seed, horizon, score.start) for seed in curve.per_seed]),
         steps_to={
             level: [reaching(*seed, level, Windows.of(horizon), budget) for seed in curve.per_seed]
@@ -80,7 +82,7 @@ def _copy_skills(folder: ComparisonFolder, planned: PlannedRun) -> list[Path]:
     """The chosen skills of the seed with the median score, where there is something to choose."""
     if len(planned.algorithm.choices()) < 2:
         return []
-    scores = sorted(_scores(folder.run(planned), planned), key=lambda seed: (seed["mean"], seed["seed"]))
+    scores = sorted(_scores(folder.run(planned), planned)[0], key=lambda seed: (seed["mean"], seed["seed"]))
     median = scores[len(scores) // 2]["seed"]
     copies = []
     for kind in ("png", "pdf"):
@@ -95,10 +97,12 @@ def _copy_skills(folder: ComparisonFolder, planned: PlannedRun) -> list[Path]:
     return copies
 
 
-def _scores(where: RunFolder, planned: PlannedRun) -> list[dict[str, Any]]:
+def _scores(where: RunFolder, planned: PlannedRun) -> tuple[list[dict[str, Any]], int]:
+    """What each seed's champion reached, and on how many episodes."""
     key = score_of(planned.algorithm.env).key
     try:
-        return json.loads(read_plain(where.scores))[key]["per_seed"]
+        found = json.loads(read_plain(where.scores))
+        return found[key]["per_seed"], int(found["episodes"])
     except (OSError, ValueError, RecursionError, KeyError, TypeError):
         raise UserError(
             f"{where.scores}: missing or damaged; `skillcrew resume {where.path}` scores the champions again"

@@ -35,6 +35,8 @@ class Entry:
     """Environment steps per seed that it was given; methods of one environment may differ."""
     final: Float[np.ndarray, " seeds"]
     """Score of the last champion, on fresh episodes: what it reached with all of its own steps."""
+    episodes: int
+    """Of each final score."""
     area: Float[np.ndarray, " seeds"]
     """Mean of the learning curve from 0 to the smallest `steps` of all methods in the environment: beyond it
     whoever was given more would be paid for a longer plateau."""
@@ -72,14 +74,21 @@ def markdown_table(entries: Sequence[Entry]) -> str:
         cells = [
             entry.environment,
             entry.method,
-            score.range(score.over_seeds(entry.final)),
-            score.range(interquartile_interval(entry.final[None])),
+            score.range(score.over_seeds(entry.final, entry.episodes)),
+            score.range(_middle([entry])),
             score.range(score.over_seeds(entry.area)),
             *(_steps(entry.steps_to[threshold]) for threshold in score.thresholds),
             better,
         ]
         lines.append("| " + " | ".join(cells) + " |")
-    lines += ["", *_footnotes(entries), "", *_ahead(entries, reference), "", *_over_all(entries, reference)]
+    lines += [
+        "",
+        *_footnotes(entries),
+        "",
+        *_differences(entries, reference),
+        "",
+        *_over_all(entries, reference),
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -88,9 +97,11 @@ def _footnotes(entries: Sequence[Entry]) -> list[str]:
     given = ", ".join(_given(environment, steps) for environment, steps in budgets.items())
     said = (
         f"Seeds {', '.join(map(str, entries[0].seeds))}; environment steps per seed: {given}. Brackets are "
-        "95 % intervals over seeds: Student's t for means, the stratified bootstrap for interquartile means "
-        f"and for the probability that a seed of the method ends with more {score.word} than one of the "
-        "method it is compared with. The area is the mean height of the learning curve"
+        "95 % intervals over seeds: Student's t for means and for differences, which are paired by seed, the "
+        "stratified bootstrap for interquartile means and for the probability that a seed of the method ends "
+        f"with more {score.word} than one of the method it is compared with"
+        + (", and nowhere narrower than what the episodes leave open" if score.bounded else "")
+        + ". The area is the mean height of the learning curve"
         f"{_horizons(budgets, score)}."
     )
     return [said + (REACHING if score.thresholds else "")]
@@ -132,22 +143,32 @@ def _given(environment: str, budgets: Mapping[str, int]) -> str:
     return f"{usual / 1e6:g} M in {environment}" + (f" ({exceptions})" if others else "")
 
 
-def _ahead(entries: Sequence[Entry], reference: str) -> list[str]:
-    """Whether the reference method's area is above each other's, with intervals that do not overlap."""
-    lines = [
-        f"| environment | area: {reference} against | difference | intervals apart |",
-        "|---|---|---|---|",
+def _differences(entries: Sequence[Entry], reference: str) -> list[str]:
+    """By how much the reference method is above each other."""
+    score = entries[0].score
+    heading = [
+        "environment",
+        f"{reference} against",
+        f"difference of final {score.word}",
+        "difference of area",
     ]
+    lines = ["| " + " | ".join(heading) + " |", "|" + len(heading) * "---|"]
     for entry in entries:
         against = _find(entries, entry.environment, reference)
         if entry is not against:
-            score = entry.score
-            ours, theirs = score.over_seeds(against.area), score.over_seeds(entry.area)
-            apart = "yes" if ours.low > theirs.high or theirs.low > ours.high else "no"
-            ahead = ours.mean - theirs.mean
-            difference = f"{'-' if ahead < 0 else '+'}{score.number(abs(ahead))}"
-            lines.append(f"| {entry.environment} | {entry.method} | {difference} | {apart} |")
+            cells = [entry.environment, entry.method, *_difference(against, entry)]
+            lines.append("| " + " | ".join(cells) + " |")
     return lines
+
+
+def _difference(ours: Entry, theirs: Entry) -> list[str]:
+    """Of their final scores and of their areas, seed by seed where both have the same."""
+    score, paired = ours.score, sorted(ours.seeds) == sorted(theirs.seeds)
+    one, other = np.argsort(ours.seeds), np.argsort(theirs.seeds)
+    episodes = min(ours.episodes, theirs.episodes)
+    final = score.difference(ours.final[one], theirs.final[other], paired, episodes)
+    area = score.difference(ours.area[one], theirs.area[other], paired)
+    return [score.range(final, signed=True), score.range(area, signed=True)]
 
 
 def _over_all(entries: Sequence[Entry], reference: str) -> list[str]:
@@ -162,10 +183,16 @@ def _over_all(entries: Sequence[Entry], reference: str) -> list[str]:
         of_reference = [_find(entries, entry.environment, reference) for entry in mine]
         cells = [method if len(mine) == environments else f"{method} (in {len(mine)} of {environments})"]
         if score.bounded:
-            cells.append(score.range(interquartile_interval(np.stack([entry.final for entry in mine]))))
+            cells.append(score.range(_middle(mine)))
         cells.append("" if method == reference else SUCCESS.range(_improvement(mine, of_reference)))
         lines.append("| " + " | ".join(cells) + " |")
     return lines
+
+
+def _middle(entries: Sequence[Entry]) -> Interval:
+    """Of one method's final scores, over environments and seeds."""
+    episodes = min(entry.episodes for entry in entries) if entries[0].score.bounded else None
+    return interquartile_interval(np.stack([entry.final for entry in entries]), episodes=episodes)
 
 
 def _improvement(entries: Sequence[Entry], others: Sequence[Entry]) -> Interval:

@@ -41,7 +41,10 @@ class Evaluation:
 
     @property
     def overall(self) -> Interval:
-        """The mean score with its 95 % interval over seeds (over episodes, if there is one seed)."""
+        """The mean score with its 95 % interval over seeds (over episodes, if there is one seed).
+
+        Over seeds it is never narrower than what their episodes leave open; see `seed_interval`.
+        """
         return self._overall(self.score)
 
     @property
@@ -82,7 +85,7 @@ class Evaluation:
     def _overall(self, score: Score) -> Interval:
         if len(self.seeds) == 1:
             return self._per_seed(score)[0]
-        return score.over_seeds(self._values(score).mean(1))
+        return score.over_seeds(self._values(score).mean(1), self.episodes)
 
 
 def _plain(interval: Interval) -> dict[str, float | None]:

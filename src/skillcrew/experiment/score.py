@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from skillcrew.envs.environment import Environment
-from skillcrew.intervals import Interval, proportion_interval, seed_interval
+from skillcrew.intervals import Interval, difference_interval, proportion_interval, seed_interval
 from skillcrew.rollout import Episodes
 
 
@@ -42,9 +42,23 @@ class Score:
             return proportion_interval(int(values.sum()), len(values))
         return self.over_seeds(values)
 
-    def over_seeds(self, values: Float[np.ndarray, " seeds"]) -> Interval:
-        """The mean with its 95 % Student-t interval, within the range."""
-        return seed_interval(values, self.lower, self.upper)
+    def over_seeds(self, values: Float[np.ndarray, " seeds"], episodes: int | None = None) -> Interval:
+        """The mean with its 95 % interval over seeds, within the range; see `seed_interval`.
+
+        Args:
+            episodes: of each seed, if its value is the mean score of them.
+        """
+        return seed_interval(values, self.lower, self.upper, episodes if self.bounded else None)
+
+    def difference(
+        self,
+        ours: Float[np.ndarray, " seeds"],
+        theirs: Float[np.ndarray, " others"],
+        paired: bool,
+        episodes: int | None = None,
+    ) -> Interval:
+        """By how much one mean is above another, with its 95 % interval; see `difference_interval`."""
+        return difference_interval(ours, theirs, paired, episodes if self.bounded else None)
 
     def number(self, value: float, decimals: int | None = None) -> str:
         """A value as people read it.
@@ -56,12 +70,19 @@ class Score:
             return f"{value:.{self.decimals if decimals is None else decimals}f}"
         return f"{value:.0f}" if 1e4 <= abs(value) < 1e15 else f"{value:.4g}"
 
-    def range(self, interval: Interval, decimals: int | None = None) -> str:
-        """`0.500 [0.400, 0.600]`, or the mean alone where nothing is known of its spread."""
-        mean = self.number(interval.mean, decimals)
+    def range(self, interval: Interval, decimals: int | None = None, signed: bool = False) -> str:
+        """`0.500 [0.400, 0.600]`, or the mean alone where nothing is known of its spread.
+
+        Args:
+            signed: for a difference, `+0.500 [+0.400, +0.600]`.
+        """
+
+        def number(value: float) -> str:
+            return ("-" if value < 0 else "+" if signed else "") + self.number(abs(value), decimals)
+
         if math.isnan(interval.low):
-            return mean
-        return f"{mean} [{self.number(interval.low, decimals)}, {self.number(interval.high, decimals)}]"
+            return number(interval.mean)
+        return f"{number(interval.mean)} [{number(interval.low)}, {number(interval.high)}]"
 
 
 SUCCESS = Score("success_rate", "success", "success rate", 0.0, 1.0, (0.5, 0.9), 0.0, 3)
