@@ -6,9 +6,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from oracles.toy import ACTION, AGENTS, LENGTH, SKILLS, Toy, ToyTeam, live
-from skillcrew.rollout import Lineup, Start, Trajectories, rollout
+from skillcrew.rollout import MOST_COUNTED, Lineup, Start, Trajectories, count_steps, rollout
 
 TEAMS, EPISODES, OTHERS = 4, 5, 2
 ENV = Toy()
@@ -210,3 +212,13 @@ def test_of_pairs_each_team_lives_in_its_own_world() -> None:
         assert int(lived.mask[:, team].sum()) == len(steps)
     np.testing.assert_allclose(lived.team_return(), returns, rtol=1e-4, atol=1e-4)
     assert len(np.unique(np.round(returns, 4))) == TEAMS
+
+
+counts = st.integers(0, MOST_COUNTED)
+
+
+@given(counts, counts, counts)
+def test_a_count_of_steps_that_is_full_stays_full(before, lived, raced) -> None:
+    count = count_steps(jnp.int32(before), jnp.int32(lived), jnp.int32(raced))
+    assert count.dtype == jnp.int32
+    assert int(count) == min(before + lived + raced, MOST_COUNTED)

@@ -19,6 +19,9 @@ from skillcrew.policies.team import Team
 Policy = Callable[[Array, PyTree, Array], tuple[Array, PyTree, Array]]
 
 
+MOST_COUNTED = 2**31 - 1
+"""Environment steps that a count of 32 bits holds."""
+
 AnyEpisodes = TypeVar("AnyEpisodes", bound="Episodes")
 
 
@@ -47,6 +50,17 @@ class Episodes(eqx.Module):
     def worlds(self: AnyEpisodes, part: Any) -> AnyEpisodes:
         """Those of some of the worlds: a slice, or their indices."""
         return jax.tree.map(lambda leaf: leaf[:, part], self)
+
+
+def count_steps(before: Int[Array, ""], *lived: Int[Array, ""] | int) -> Int[Array, ""]:
+    """Environment steps counted so far, and those lived since. A count that is full stays full.
+
+    Seeds are one program, in which the fast ones go on until the slowest has lived its budget: beyond 32 bits
+    their count would begin again below 0, and be within the budget once more. `MOST_COUNTED` is in no budget.
+    """
+    for steps in lived:
+        before = before + jnp.minimum(steps, MOST_COUNTED - before)
+    return before
 
 
 class Trajectories(Episodes):

@@ -35,8 +35,8 @@ class Algorithm(Protocol):
     def step(self, state: PyTree) -> tuple[PyTree, dict[str, Array]]:
         """One generation.
 
-        Metrics are scalars, and hold at least `environment_steps` (cumulative), `fitness_best`
-        and `fitness_mean`.
+        Metrics are scalars, and hold at least `environment_steps` (cumulative, added up by
+        `count_steps`), `fitness_best` and `fitness_mean`.
         """
         ...
 

@@ -15,7 +15,7 @@ from skillcrew.envs.padded import types_of_agents
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, dealt_out
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.team import ActorTeam
-from skillcrew.rollout import rollout
+from skillcrew.rollout import count_steps, rollout
 
 
 @dataclasses.dataclass(frozen=True)
@@ -77,7 +77,8 @@ class EA(ActsDirectly):
             self._make_team,
             credit=trajectories.local_return(-1) if is_credited else None,
         )
-        steps = state.environment_steps + episodes.steps() + measured.pop("race_steps", 0)
+        raced = measured.pop("race_steps", 0)
+        steps = count_steps(state.environment_steps, episodes.steps(), raced)
         return EAState(key, search, state.generation + 1, steps), {"environment_steps": steps, **measured}
 
     def _lived_in(self) -> Environment:

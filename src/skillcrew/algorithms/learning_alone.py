@@ -14,7 +14,7 @@ from skillcrew.credit.difference import credited
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.policies.team import ActorTeam
-from skillcrew.rollout import Start, rollout
+from skillcrew.rollout import Start, count_steps, rollout
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,7 +76,7 @@ class LearningAlone(ActsDirectly):
         explorers = self._actors.explorers(key_explore, state.actors, start)
         episodes, trajectories = rollout(self._lived_in, explorers, key_rollout)
         actors, measured = self._actors.learn(key_learn, state.actors, trajectories)
-        steps = state.environment_steps + episodes.steps()
+        steps = count_steps(state.environment_steps, episodes.steps())
         returns = episodes.team_return()
         fitness = {"fitness_best": returns.max(), "fitness_mean": returns.mean()}
         after = LearningAloneState(key, actors, state.generation + 1, steps)

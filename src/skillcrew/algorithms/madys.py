@@ -14,6 +14,7 @@ from jaxtyping import Array
 from skillcrew.algorithms.skill_teams import SkillTeams, SkillTeamsConfig, SkillTeamsState
 from skillcrew.policies.selector import AnySelector
 from skillcrew.policies.team import SkillTeam
+from skillcrew.rollout import count_steps
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,6 +56,6 @@ class MADyS(SkillTeams):
         generation = state.generation + 1
         learned, returns = self._skills.learn(key_skills, state.skills, recorded, generation)
 
-        steps = state.environment_steps + taken + measured.pop("race_steps", 0)
+        steps = count_steps(state.environment_steps, taken, measured.pop("race_steps", 0))
         state = SkillTeamsState(key, search, learned, generation, steps)
         return state, {"environment_steps": steps, **measured, **returns}

@@ -15,6 +15,7 @@ from skillcrew.algorithms.skill_teams import SkillTeams, SkillTeamsConfig, Skill
 from skillcrew.errors import UserError
 from skillcrew.policies.selector import AnySelector
 from skillcrew.policies.team import WanderingTeam
+from skillcrew.rollout import count_steps
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,6 +68,6 @@ class MFL(SkillTeams):
 
         # Nothing is bred while skills are trained, so there is nothing that a race would decide.
         raced = jnp.where(pretraining, 0, measured.pop("race_steps", 0))
-        steps = state.environment_steps + taken + raced
+        steps = count_steps(state.environment_steps, taken, raced)
         state = SkillTeamsState(key, search, learned, generation, steps)
         return state, {"environment_steps": steps, "pretraining": pretraining, **measured, **returns}

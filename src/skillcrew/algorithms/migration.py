@@ -25,7 +25,7 @@ from skillcrew.policies.memory import MemoryNetwork
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.team import ActorTeam, NoisyTeam
-from skillcrew.rollout import Lineup, Start, rollout
+from skillcrew.rollout import Lineup, Start, count_steps, rollout
 
 
 @dataclasses.dataclass(frozen=True)
@@ -148,7 +148,8 @@ class Migration:
         # Everybody's experience is learned from.
         learning, losses = self._learning.learn(key_learn, state.learning, trajectories)
 
-        steps = state.environment_steps + episodes.steps() + measured.pop("race_steps", 0)
+        raced = measured.pop("race_steps", 0)
+        steps = count_steps(state.environment_steps, episodes.steps(), raced)
         state = MigrationState(key, search, learning, generation, steps)
         metrics = {
             "environment_steps": steps,

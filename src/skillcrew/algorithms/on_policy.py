@@ -25,7 +25,7 @@ from skillcrew.policies.holding import decided
 from skillcrew.policies.memory import PolicyConfig, dealt_out
 from skillcrew.policies.stochastic import Options, StochasticTeam
 from skillcrew.replay import most_transitions
-from skillcrew.rollout import Episodes, Lineup, Start, Trajectories, rollout
+from skillcrew.rollout import Episodes, Lineup, Start, Trajectories, count_steps, rollout
 
 
 def _shared() -> PolicyConfig:
@@ -129,7 +129,7 @@ class OnPolicyTeam:
             for_skills = dataclasses.replace(trajectories, local_rewards=without_credit)
             skills, returns = self._skills.learn(key_skills, skills, for_skills, generation)
             measured = {**measured, **returns}
-        steps = state.environment_steps + lived.steps()
+        steps = count_steps(state.environment_steps, lived.steps())
         of_team = own.team_return()
         fitness = {"fitness_best": of_team.max(), "fitness_mean": of_team.mean()}
         after = OnPolicyTeamState(key, learner, skills, generation, steps)

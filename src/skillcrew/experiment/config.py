@@ -16,7 +16,7 @@ from skillcrew.experiment.interrupts import signal_of
 from skillcrew.experiment.yaml_files import read_yaml
 
 MOST_STEPS = 2_000_000_000
-"""Steps are counted in 32 bits, and a last generation goes beyond the budget."""
+"""Steps are counted in 32 bits, and a count that is full (`MOST_COUNTED`) is to be beyond any budget."""
 
 MOST_AT_ONCE = 1_000_000
 """Episodes that are played side by side, and rows between two reports: all are held in memory."""

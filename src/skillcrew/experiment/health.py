@@ -1,7 +1,8 @@
-"""Which number was the first that is none."""
+"""Which number was the first that is none, and counts that have begun again."""
 
 import copy
 import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 import jax
@@ -11,6 +12,7 @@ from jaxtyping import Array, PyTree
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.envs.environment import Environment
+from skillcrew.errors import UserError
 from skillcrew.experiment import generation
 from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.generation import RunState
@@ -37,6 +39,24 @@ def first_bad(algorithm: Algorithm, config: RunConfig, before: RunState) -> str:
             where = np.argwhere(np.isnan(leaf))[0].tolist()
             return f"{jax.tree_util.keystr(path[1:])}{where or ''} is NaN"
     return "a number is NaN, and is not when it is computed again"
+
+
+def check_counts(algorithm: Algorithm, config: RunConfig, metrics: Mapping[str, np.ndarray]) -> None:
+    """Refuses an algorithm that adds up its steps beyond 32 bits: its seeds would be within the budget again.
+
+    Args:
+        metrics: with axes [seeds, generations].
+
+    Raises:
+        UserError: a count below 0.
+    """
+    steps = metrics["environment_steps"]
+    for seed, row in np.argwhere(steps < 0)[:1]:
+        raise UserError(
+            f"environment_steps of seed {config.seeds[seed]} = {steps[seed, row]} in generation "
+            f"{metrics['generation'][seed, row]}: more than 32 bits count; let {algorithm.name} add them up "
+            "by skillcrew.rollout.count_steps, or give fewer --steps"
+        )
 
 
 class _Watch:

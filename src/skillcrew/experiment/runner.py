@@ -19,7 +19,7 @@ from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.files import read_plain, write_whole
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.generation import RunState
-from skillcrew.experiment.health import first_bad
+from skillcrew.experiment.health import check_counts, first_bad
 from skillcrew.experiment.interrupts import Interrupts, watch_interrupts
 from skillcrew.experiment.metrics import MetricsLog, read_metrics
 from skillcrew.experiment.progress import Reporter
@@ -127,6 +127,7 @@ class Runner:
                 if not sound.all():
                     state = self._after_bad_numbers(compiled)
                     continue
+                check_counts(self.algorithm, self.config, metrics)
                 self._log.add(metrics)
                 # Where its hanging up is the reason to stop, there is no terminal to report to.
                 if not interrupts.requested:
