@@ -124,6 +124,18 @@ def test_smoothing_looks_back_only_and_skips_what_was_not_measured():
     np.testing.assert_allclose(smooth.mean, [0, 0, 0, 0.5, 1])
 
 
+def test_a_band_of_seeds_that_agree_has_what_their_episodes_leave_open():
+    steps, values = [np.array([0, 10, 20, 30])] * 3, [np.array([0.0, 0.0, 1.0, 1.0])] * 3
+    assert (mean_band(steps, values, n_points=4).low == [0, 0, 1, 1]).all()
+    raw, smooth = (mean_band(steps, values, n_points=4, window=w, episodes=20) for w in (0, 20))
+    # Three seeds, and the rows that are averaged: of the last mean two.
+    assert raw.low[-1] == pytest.approx(proportion_interval(60, 60).low)
+    assert smooth.low[-1] == pytest.approx(proportion_interval(120, 120).low)
+    assert raw.high[0] == pytest.approx(proportion_interval(0, 60).high)
+    # In the middle of a rise seeds agree as well, and their episodes say more than they do.
+    assert smooth.mean[2] == 0.5 and smooth.low[2] == pytest.approx(proportion_interval(60, 120).low)
+
+
 def test_bands_that_cannot_be_made_are_refused():
     x, y = np.arange(3), np.zeros(3)
     with pytest.raises(UserError, match=r"seed 1.*no value"):

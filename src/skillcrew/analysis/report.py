@@ -75,7 +75,13 @@ def learning_curve(
         )
     window = Windows.of(budget or run.config.steps).trailing
     band = mean_band(
-        steps, values, window=window, lower=score.lower, upper=score.upper, logarithmic=logarithmic
+        steps,
+        values,
+        window=window,
+        lower=score.lower,
+        upper=score.upper,
+        logarithmic=logarithmic,
+        episodes=run.config.score_episodes if score.bounded else None,
     )
     return Curve(label or run.algorithm.label, band, per_seed, score=score)
 

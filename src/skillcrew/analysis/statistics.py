@@ -8,7 +8,7 @@ from jaxtyping import Float, Int, Real
 
 from skillcrew.analysis.levels import trailing_mean
 from skillcrew.errors import UserError
-from skillcrew.intervals import t_interval
+from skillcrew.intervals import Interval, t_interval, widened
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +31,13 @@ def mean_band(
     lower: float = 0.0,
     upper: float = 1.0,
     logarithmic: bool = False,
+    episodes: int | None = None,
 ) -> Band:
     """The mean curve over seeds that have been measured at different environment steps.
 
     Each seed's curve is interpolated linearly onto one grid, which spans only the steps that all
     seeds have reached: no curve is extrapolated, and every point averages the same seeds. At each
-    point stands the Student-t interval of `seed_interval`, with the same caveats.
+    point stands the interval of `seed_interval`, with the same caveats.
 
     Args:
         steps: for each seed its cumulative environment steps, one a row, strictly increasing.
@@ -51,6 +52,7 @@ def mean_band(
         upper: the greatest possible value; likewise.
         logarithmic: whether the grid is even in the logarithm of steps and not in steps, for an axis of that
             kind; an even one would leave the first decade of a long curve a few points.
+        episodes: of each value, if it is the share of them that succeeded.
 
     Raises:
         UserError: a seed without any value, or seeds that share no range of steps.
@@ -68,8 +70,21 @@ def mean_band(
         )
     spaced = np.geomspace if logarithmic else np.linspace
     grid = spaced(first, last, n_points) if first < last else np.array([first])
-    on_grid = np.stack([np.interp(grid, x, trailing_mean(x, y, window)[0]) for x, y in curves])
-    return Band(grid, *t_interval(on_grid, lower, upper))
+    smooth = [(x, *trailing_mean(x, y, window)) for x, y in curves]
+    on_grid = np.stack([np.interp(grid, x, means) for x, means, _ in smooth])
+    band = Band(grid, *t_interval(on_grid, lower, upper))
+    if episodes is None:
+        return band
+    rows = sum(np.interp(grid, x, averaged) for x, _, averaged in smooth)
+    return _with_episodes(band, (episodes * np.asarray(rows)).astype(int))
+
+
+def _with_episodes(band: Band, episodes: Int[np.ndarray, " points"]) -> Band:
+    """A band of shares, and what so many episodes at each point leave open."""
+    points = zip(band.mean.tolist(), band.low.tolist(), band.high.tolist(), episodes.tolist(), strict=True)
+    wider = [widened(Interval(mean, low, high), count) for mean, low, high, count in points]
+    low, high = (np.array([getattr(one, end) for one in wider]) for end in ("low", "high"))
+    return Band(band.steps, band.mean, low, high)
 
 
 def skill_shares(
