@@ -115,6 +115,15 @@ def test_terminals_get_a_table():
         assert part in text
 
 
+def test_a_quiet_run_says_nothing(capsys):
+    reporter = make_reporter(BUDGET, (0, 1), quiet=True)
+    reporter.note("a line")
+    reporter.update(chunk(4000), 100.0)
+    reporter.close()
+    captured = capsys.readouterr()
+    assert captured.out == captured.err == ""
+
+
 def test_progress_goes_to_standard_error(capsys):
     reporter = make_reporter(BUDGET, (0, 1))
     reporter.note("a line")

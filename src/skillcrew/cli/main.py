@@ -16,6 +16,7 @@ COMMANDS = {
     "resume": "go on with a run after an interruption, or beyond its budget",
     "evaluate": "score a run's champions on fresh episodes",
     "report": "draw a run's learning curve and chosen skills",
+    "show": "how far a run is, what it reached, and every option of it",
     "check": "say what is wrong with an environment of your own, and what is fine",
     "compare": "train several algorithms in one environment: one figure, one table",
     "reproduce": "train and compare what the MADyS thesis compares, in its six configurations",

@@ -34,6 +34,8 @@ class ResumeOptions:
     """Import the environment's class from wherever the folder says: that runs its code."""
     report_episodes: int = 1000
     """Fresh episodes of the final score and of the report."""
+    quiet: bool = False
+    """No progress: the final score and errors alone."""
 
 
 def run(words: list[str]) -> int:
@@ -44,7 +46,8 @@ def run(words: list[str]) -> int:
         return 0
     options = parse_options(ResumeOptions, words[1:], ResumeOptions(), f"skillcrew resume {words[0]}", USAGE)
     unfinished = Run(places[0], checkpoint=options.checkpoint, trust=options.trust)
-    reporter = make_reporter(options.steps or unfinished.config.steps, unfinished.config.seeds)
+    budget = options.steps or unfinished.config.steps
+    reporter = make_reporter(budget, unfinished.config.seeds, quiet=options.quiet)
     given = {name: getattr(options, name) for name in ("max_seconds", "warning_signal", "on_bad_numbers")}
     session = {name: value for name, value in given.items() if value is not None}
     return run_and_report(

@@ -50,6 +50,9 @@ class RunOptions:
     save_buffer: bool = DEFAULTS.save_buffer
     """Keep the replay buffer in checkpoints; without, they are small but a resumed run differs."""
 
+    quiet: bool = False
+    """No progress: the final score and errors alone."""
+
     def run_config(self) -> dict[str, Any]:
         """The fields of `RunConfig` among these, but for seeds and steps."""
         shared = {field.name for field in dataclasses.fields(RunConfig)} - {"seeds", "steps"}
@@ -102,7 +105,7 @@ def _train_from_file(words: list[str]) -> int:
 def train_and_report(algorithm: Any, options: RunOptions) -> int:
     """Trains in a new folder and reports; see `run_and_report`."""
     out = options.out or free_folder(algorithm)
-    reporter = make_reporter(options.steps, tuple(options.seeds))
+    reporter = make_reporter(options.steps, tuple(options.seeds), quiet=options.quiet)
     reporter.note(
         f"{algorithm.name} on {algorithm.env.name}: {len(options.seeds)} seed(s), {options.steps:,} "
         f"environment steps each, into {out}"

@@ -33,8 +33,12 @@ class Reporter(Protocol):
         ...
 
 
-def make_reporter(budget: int, seeds: tuple[int, ...], console: Console | None = None) -> Reporter:
-    """A live display in a terminal, lines elsewhere; both on standard error."""
+def make_reporter(
+    budget: int, seeds: tuple[int, ...], console: Console | None = None, quiet: bool = False
+) -> Reporter:
+    """A live display in a terminal, lines elsewhere, both on standard error; nothing where `quiet`."""
+    if quiet:
+        return SilentReporter()
     console = console or Console(stderr=True)
     return LiveReporter(console, budget, seeds) if console.is_terminal else LineReporter(console, budget)
 

@@ -1,0 +1,124 @@
+"""`skillcrew show RUN`."""
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from skillcrew.cli.options import parse_options
+from skillcrew.cli.present import take_places
+from skillcrew.errors import UserError
+from skillcrew.experiment.files import read_plain
+from skillcrew.experiment.folder import RunFolder
+from skillcrew.experiment.integrity import check_known
+from skillcrew.experiment.metrics import read_metrics
+from skillcrew.experiment.progress import human
+from skillcrew.experiment.score import score_among
+from skillcrew.experiment.yaml_files import read_yaml
+from skillcrew.intervals import Interval
+
+USAGE = (
+    "usage: skillcrew show RUN [OPTIONS]\n\n"
+    "RUN  the folder of a run, also of one that is still training\n\n"
+    "Prints how far each seed has come, what its champion reached, and every option of the run. Nothing is\n"
+    "computed, and no code of the environment is imported."
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class ShowOptions:
+    """Options of `skillcrew show`."""
+
+    json: bool = False
+    """Print one JSON object and nothing else."""
+
+
+def run(words: list[str]) -> int:
+    """Prints what a run folder holds."""
+    places = take_places(words, ("RUN",), USAGE)
+    if places is None:
+        parse_options(ShowOptions, ["--help"], ShowOptions(), "skillcrew show RUN", USAGE)
+        return 0
+    options = parse_options(ShowOptions, words[1:], ShowOptions(), f"skillcrew show {words[0]}", USAGE)
+    folder = RunFolder(places[0])
+    found = shown(folder)
+    print(json.dumps(found, indent=1) if options.json else as_lines(found))
+    return 0
+
+
+def shown(folder: RunFolder) -> dict[str, Any]:
+    """What a run folder says of itself, as plain values; what it does not hold yet is None.
+
+    Raises:
+        UserError: no run folder, or one whose files are damaged.
+    """
+    folder.check_is_run()
+    check_known(folder.config, "restore it")
+    configuration = read_yaml(folder.config)
+    if not isinstance(configuration, dict):
+        raise UserError(f"{folder.config}: damaged; restore it")
+    progress = _progress(folder) if folder.metrics.is_file() else None
+    return {
+        "run": str(folder.path),
+        "progress": progress,
+        "scores": _scores(folder.scores),
+        "configuration": configuration,
+    }
+
+
+def _progress(folder: RunFolder) -> list[dict[str, Any]]:
+    """Of each seed: how far it is, and what its champion reached in the last generation."""
+    columns = read_metrics(folder.metrics)
+    score = score_among(columns)
+    last = [np.flatnonzero(columns["seed"] == seed)[-1] for seed in dict.fromkeys(columns["seed"].tolist())]
+    names = ("seed", "generation", "environment_steps")
+    return [
+        {**{name: int(columns[name][row]) for name in names}, score.key: float(columns[score.key][row])}
+        for row in last
+    ]
+
+
+def _scores(path: Path) -> dict[str, Any] | None:
+    """The final scores; None before there are any.
+
+    Raises:
+        UserError: damaged.
+    """
+    if not path.is_file():
+        return None
+    try:
+        scores = json.loads(read_plain(path))
+        reached = scores[score_among(scores).key]
+        ends = [reached[end] for end in ("low", "high")]
+        if not all(isinstance(number, int | float) for number in (scores["episodes"], reached["mean"])):
+            raise ValueError
+        if not all(end is None or isinstance(end, int | float) for end in ends):
+            raise ValueError
+    except (OSError, ValueError, RecursionError, KeyError, TypeError):
+        raise UserError(f"{path}: damaged; `skillcrew report` writes it anew") from None
+    return scores
+
+
+def as_lines(found: dict[str, Any]) -> str:
+    """The same for people: a heading, a line for each seed, and the options as YAML."""
+    lines = [found["run"]]
+    for seed in found["progress"] or []:
+        score = score_among(seed)
+        lines.append(
+            f"  seed {seed['seed']:<6} generation {seed['generation']:<6} "
+            f"{human(seed['environment_steps']):>7} steps  {score.word} {score.number(seed[score.key])}"
+        )
+    if found["progress"] is None:
+        lines.append("  no generation is over yet")
+    if found["scores"]:
+        score = score_among(found["scores"])
+        reached, episodes = found["scores"][score.key], found["scores"]["episodes"]
+        ends = [math.nan if reached[end] is None else reached[end] for end in ("low", "high")]
+        interval = score.range(Interval(reached["mean"], *ends))
+        lines.append(f"  final {score.word} {interval} on {episodes} fresh episodes per seed")
+    options = yaml.safe_dump(found["configuration"], sort_keys=False, width=100, default_flow_style=None)
+    return "\n".join([*lines, "", options.rstrip()])

@@ -1,0 +1,67 @@
+"""What `skillcrew show` says of a run folder, and of one that is damaged."""
+
+import json
+
+import pytest
+
+from experiment import made_up
+from skillcrew.cli.main import run_command
+from skillcrew.experiment import reproduction
+from skillcrew.experiment.folder import RunFolder
+
+HEIGHTS = {2000: 0.5, 2001: 0.875}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> RunFolder:
+    """A run without champions: training is over, and nothing has been scored yet."""
+    made_up.shrink(monkeypatch)
+    (planned, *_) = reproduction.plan(["rover-t2-c1"], seeds=tuple(HEIGHTS))
+    where = RunFolder(tmp_path / "run")
+    made_up.write_run(where, planned, HEIGHTS)
+    return where
+
+
+def show(folder: RunFolder, capsys, *words: str) -> str:
+    assert run_command(["show", str(folder.path), *words]) == 0
+    return capsys.readouterr().out
+
+
+def test_it_says_how_far_each_seed_is_and_every_option(folder, capsys) -> None:
+    said = show(folder, capsys).splitlines()
+    assert said[0] == str(folder.path)
+    assert said[1].split() == ["seed", "2000", "generation", "41", "8.2", "k", "steps", "success", "1.000"]
+    assert said[2].split()[:2] == ["seed", "2001"]
+    assert not any("  final " in line for line in said)
+    assert "  population: 40" in said
+    assert "run:" in said
+
+
+def test_it_says_what_champions_reached_where_they_were_scored(folder, capsys) -> None:
+    made_up.write_report(folder, {2000: 10, 2001: 20})
+    assert "  final success 0.750 [" in show(folder, capsys)
+    found = json.loads(show(folder, capsys, "--json"))
+    assert found["scores"]["success_rate"]["mean"] == 0.75
+    assert found["progress"][1]["environment_steps"] == 8200
+    assert found["configuration"]["algorithm"]["name"] == "madys"
+
+
+def test_a_run_that_has_just_begun_has_no_generation(folder, capsys) -> None:
+    folder.metrics.unlink()
+    assert "no generation is over yet" in show(folder, capsys)
+
+
+@pytest.mark.parametrize(
+    "text", ["[]", "{", '{"success_rate": {"mean": "x", "low": 0, "high": 1}, "episodes": 20}', "[" * 5000]
+)
+def test_scores_that_are_none_are_named(folder, capsys, text: str) -> None:
+    folder.report.mkdir()
+    folder.scores.write_text(text)
+    assert run_command(["show", str(folder.path)]) == 2
+    assert f"{folder.scores}: damaged" in capsys.readouterr().err
+
+
+def test_a_configuration_that_was_changed_is_named(folder, capsys) -> None:
+    folder.config.write_text(folder.config.read_text() + "\n# mine\n")
+    assert run_command(["show", str(folder.path)]) == 2
+    assert f"{folder.config}: " in capsys.readouterr().err
