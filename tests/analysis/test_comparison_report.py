@@ -267,7 +267,6 @@ def test_a_run_that_was_really_trained(folder, finished):
 
 
 def test_methods_are_compared_by_returns_where_nothing_says_what_success_is(tmp_path, drawn, monkeypatch):
-    tiny.compile_once()
     monkeypatch.setitem(registry.ALGORITHMS, "counting", registry.Listed("experiment.tiny:Counting", ""))
     folder = ComparisonFolder(tmp_path / "returns")
     planned = []

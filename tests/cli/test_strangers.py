@@ -8,7 +8,6 @@ import yaml
 
 from cli.test_commands import call
 from envs.stranger import write_package
-from experiment import tiny
 
 WORLD = "line_lab.worlds:LineWorld"
 SMALL = (
@@ -19,7 +18,6 @@ SMALL = (
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    tiny.compile_once()
     monkeypatch.chdir(write_package(tmp_path))
     monkeypatch.setattr(sys, "path", list(sys.path))
     yield tmp_path

@@ -5,13 +5,10 @@ import sys
 import jax
 import pytest
 
-from experiment import tiny
-
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """An empty folder, and JAX as a user has it; modules that a page writes there are forgotten after it."""
-    tiny.compile_once()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     # Pages train for a minute and not for milliseconds: their runs are compiled as a user's.

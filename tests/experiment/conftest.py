@@ -7,6 +7,5 @@ from skillcrew.algorithms import registry
 @pytest.fixture
 def counting(monkeypatch):
     """The counting algorithm, known by name as those of skillcrew are."""
-    tiny.compile_once()
     monkeypatch.setitem(registry.ALGORITHMS, "counting", registry.Listed("experiment.tiny:Counting", ""))
     return tiny.Counting(tiny.Countdown())

@@ -8,18 +8,13 @@ import numpy as np
 import pytest
 
 import skillcrew as sc
-from experiment.tiny import Countdown, compile_once, contents
+from experiment.tiny import Countdown, contents
 from skillcrew.envs.environment import TimeStep
 from skillcrew.experiment.generation import is_sound, with_other_keys
 from skillcrew.experiment.metrics import read_metrics
 
 OPTIONS = {"score_episodes": 3, "generations_per_report": 2, "checkpoint_seconds": 0.0}
 EA = {"population": 6, "episodes": 8, "actor": sc.PolicyConfig(hidden=(3,))}
-
-
-@pytest.fixture(autouse=True)
-def _compiled_once():
-    compile_once()
 
 
 @dataclasses.dataclass(frozen=True)

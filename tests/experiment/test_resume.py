@@ -18,7 +18,6 @@ from experiment.tiny import (
     InterruptAfter,
     assert_same_arrays,
     assert_same_ending,
-    compile_once,
     contents,
     last_arrays,
     start_command,
@@ -59,7 +58,6 @@ def test_stopped_through_ctrl_c_and_then_by_an_error(finished, tmp_path):
 
 @pytest.mark.parametrize("make", [tiny_ea, tiny_mfl, tiny_merl, tiny_cerl, tiny_matd3, tiny_mappo])
 def test_other_algorithms_resume_to_the_same_bits(make, tmp_path):
-    compile_once()
     whole, run = tmp_path / "whole", tmp_path / "run"
     # The folder as it is while the second chunk is yet to be saved: what a power cut would leave.
     cut = InterruptAfter(2, lambda: shutil.copytree(whole, run))

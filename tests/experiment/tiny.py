@@ -14,7 +14,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.experimental.compilation_cache import compilation_cache
 
 import skillcrew as sc
 from skillcrew.algorithms.ea import EA
@@ -35,33 +34,11 @@ READ_ONLY = {"JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "1e9"}
 """For processes that may be killed while they write a compiled program: they read others' alone."""
 
 
-WORTH_KEEPING = 0.1
-"""Seconds of compiling. To compress and write thousands of single operations takes longer than they do."""
-
-
 def scratch() -> Path:
     """A folder for the whole session."""
     folder = Path(tempfile.mkdtemp(prefix="skillcrew-tests-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
-
-
-@functools.cache
-def compile_once() -> dict[str, str]:
-    """Lets this process and those it starts share compiled programs; compiling is what takes long.
-
-    Returns:
-        The environment variables with which a process takes part.
-    """
-    folder = os.environ.get("JAX_COMPILATION_CACHE_DIR") or str(scratch())
-    jax.config.update("jax_compilation_cache_dir", folder)
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", WORTH_KEEPING)
-    # What was compiled before this call has made JAX settle on having no cache.
-    compilation_cache.reset_cache()
-    return {
-        "JAX_COMPILATION_CACHE_DIR": folder,
-        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": str(WORTH_KEEPING),
-    }
 
 
 def tiny_madys(**overrides) -> sc.MADyS:
@@ -158,7 +135,6 @@ def tiny_matd3(**overrides) -> sc.MATD3:
 @functools.cache
 def finished_run() -> Path:
     """A run to the end of its budget, uninterrupted. Copy it before changing anything."""
-    compile_once()
     folder = scratch() / "finished"
     sc.train(tiny_madys(), SEEDS, float(STEPS), folder, **OPTIONS)
     return folder
@@ -173,7 +149,7 @@ def start_command(*words: str, before: str = "") -> subprocess.Popen:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, **compile_once(), **READ_ONLY, "COLUMNS": "200"},
+        env={**os.environ, **READ_ONLY, "COLUMNS": "200"},
     )
 
 

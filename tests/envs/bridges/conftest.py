@@ -3,11 +3,8 @@
 import jax
 import pytest
 
-from experiment import tiny
-
 
 @pytest.fixture(autouse=True)
 def promotion():
-    tiny.compile_once()
     with jax.numpy_rank_promotion("allow"), jax.numpy_dtype_promotion("standard"):
         yield

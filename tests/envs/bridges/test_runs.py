@@ -54,7 +54,6 @@ SLIDE = "gymnasium:slide_lab:Slide-v0"
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    tiny.compile_once()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry])
     (tmp_path / "slide_lab.py").write_text(LAB)
