@@ -11,7 +11,6 @@ from oracles import rover
 from oracles.rover_cases import (
     BORDER,
     CASES,
-    WORLDS,
     best_visits,
     environment,
     gap_to_borders,
@@ -25,6 +24,8 @@ from skillcrew.envs.rover.motion import moved
 from skillcrew.envs.rover.world import RoverDomain
 
 STEPS = 4
+WORLDS = 40
+"""In each, every agent is gone, alone, twice and four times."""
 
 
 def with_copies(
@@ -102,11 +103,12 @@ def test_episodes_are_those_of_worlds_with_other_teams(case: str) -> None:
     episodes = counterfactual_episodes(case)
     changed = dict.fromkeys((0, 1, 2, 4), 0)
     for copies in changed:
-        states = random_states(world, rng)
-        actions = jnp.stack([random_actions(world, rng) for _ in range(STEPS)])
+        states = random_states(world, rng, WORLDS)
+        actions = jnp.stack([random_actions(world, rng, WORLDS) for _ in range(STEPS)])
         rewards, shown = jax.tree.map(np.asarray, episodes(states, actions, copies))
         as_lived = np.asarray(episodes(states, actions, 1)[0])
         acted = np.asarray(actions, np.float64)
+        states = jax.device_get(states)
         paid, observed = np.zeros(rewards.shape), np.zeros_like(shown.observed)
         best = np.zeros(observed.shape)
         kept = np.zeros(WORLDS, bool)
@@ -138,7 +140,7 @@ def test_one_of_each_is_the_step_itself(case: str) -> None:
     world, env = oracle_world(**CASES[case]), environment(case)
     assert isinstance(env, RoverDomain)
     rng = np.random.default_rng(3)
-    states, actions = random_states(world, rng), random_actions(world, rng)
+    states, actions = random_states(world, rng, WORLDS), random_actions(world, rng, WORLDS)
     keys = jax.random.split(jax.random.key(0), WORLDS)
     after, step = jax.jit(env.step_worlds)(states, actions, keys)
     ones = jnp.ones(env.n_agents, jnp.int32)

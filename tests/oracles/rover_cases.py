@@ -129,6 +129,11 @@ WORLDS = 80
 """Worlds in a batch; always the same number, since each number is another compilation."""
 
 
+def array(values: Any, dtype: str) -> jax.Array:
+    """Made by NumPy: JAX would compile a conversion for each shape."""
+    return jax.numpy.asarray(np.asarray(values, dtype))
+
+
 @functools.cache
 def environment(case: str) -> Environment:
     """With arrays over all rovers, also where they differ."""
@@ -249,11 +254,11 @@ def random_states(world: rover.World, rng: np.random.Generator, worlds: int = WO
     if world.bounded:
         position = position.clip(0, size)
     return RoverState(
-        position=jax.numpy.asarray(position, "float32"),
-        heading=jax.numpy.asarray(rng.uniform(-np.pi, np.pi, (world.n_agents, worlds)), "float32"),
-        poi_position=jax.numpy.asarray(pois, "float32"),
-        observed=jax.numpy.asarray(observed),
-        time=jax.numpy.asarray(time, "int32"),
+        position=array(position, "float32"),
+        heading=array(rng.uniform(-np.pi, np.pi, (world.n_agents, worlds)), "float32"),
+        poi_position=array(pois, "float32"),
+        observed=array(observed, "bool"),
+        time=array(time, "int32"),
         **random_options(world, rng, time, observed),
     )
 
@@ -266,26 +271,26 @@ def random_options(
     state, worlds = {}, len(time)
     if world.poi_speed:
         course = rng.uniform(0, 2 * np.pi, (world.n_pois, worlds))
-        state["poi_direction"] = jax.numpy.asarray(np.stack([np.cos(course), np.sin(course)], 1), "float32")
+        state["poi_direction"] = array(np.stack([np.cos(course), np.sin(course)], 1), "float32")
     if world.order_drawn:
         orders = np.stack([rng.permutation(world.n_types) for _ in range(worlds)], axis=-1)
-        state["order"] = jax.numpy.asarray(orders, "int32")
+        state["order"] = array(orders, "int32")
     if world.breakdowns:
         breaks_at = np.full((world.n_agents, worlds), NEVER)
         for w in range(worlds):
             who = rng.choice(world.n_agents, world.breakdowns, replace=False)
             breaks_at[who, w] = time[w] + rng.integers(-2, 4, len(who))
-        state["breaks_at"] = jax.numpy.asarray(breaks_at, "int32")
+        state["breaks_at"] = array(breaks_at, "int32")
     if world.team_reward == "closest":
         farthest = min(1.0, world.min_distance / world.activation_distance)
         closest = observed * rng.uniform(farthest, 1.0, observed.shape)
-        state["closest"] = jax.numpy.asarray(closest, "float32")
+        state["closest"] = array(closest, "float32")
     return state
 
 
 def random_actions(world: rover.World, rng: np.random.Generator, worlds: int = WORLDS) -> jax.Array:
     """Some beyond [-1, 1], which are to be clipped."""
-    return jax.numpy.asarray(rng.uniform(-1.3, 1.3, (world.n_agents, 2, worlds)), "float32")
+    return array(rng.uniform(-1.3, 1.3, (world.n_agents, 2, worlds)), "float32")
 
 
 def one_world(world: rover.World, states: RoverState, w: int) -> rover.State:
@@ -314,17 +319,17 @@ def gap_to_borders(world: rover.World, state: rover.State) -> float:
     gap = math.inf
     if world.poi_speed:
         gap = float(np.minimum(state.poi_position, world.world_size - state.poi_position).min())
-    for agent in range(world.n_agents):
-        here, own = state.position[agent], world.of(agent)
+    position, heading = state.position.tolist(), state.heading.tolist()
+    for agent, here in enumerate(position):
+        own = world.of(agent)
         width = 2 * math.pi / own.n_sectors
-        others = [state.position[other] for other in range(world.n_agents) if other != agent]
-        for there in [*others, *state.poi_position]:
+        for there in [*position[:agent], *position[agent + 1 :], *state.poi_position.tolist()]:
             distance = rover.distance_between(here, there)
             gap = min(gap, abs(distance - world.activation_distance))
             if own.radius is not None:
                 gap = min(gap, abs(distance - own.radius))
             if own.n_sectors > 1:
-                beyond = rover.bearing_of(here, state.heading[agent], there) % width
+                beyond = rover.bearing_of(here, heading[agent], there) % width
                 gap = min(gap, distance * math.sin(min(beyond, width - beyond, math.pi / 2)))
     return gap
 
@@ -354,9 +359,10 @@ class Answers:
 def answers(world: rover.World, states: RoverState, actions: jax.Array) -> Answers:
     kept = np.zeros(actions.shape[-1], bool)
     said = Answers(kept, [], [], [])
+    states, acted = jax.device_get(states), np.asarray(actions, np.float64)
     for w in range(len(kept)):
         before = one_world(world, states, w)
-        after, outcome = rover.step(world, before, np.asarray(actions, np.float64)[..., w])
+        after, outcome = rover.step(world, before, acted[..., w])
         if gap_to_borders(world, after) > BORDER:
             kept[w] = True
             said.before.append(before)

@@ -4,11 +4,10 @@ import math
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from oracles import rover
-from oracles.rover_cases import one_world, oracle_world
+from oracles.rover_cases import array, one_world, oracle_world
 from skillcrew.envs.environment import TimeStep
 from skillcrew.envs.padded import uniform
 from skillcrew.envs.rover.config import RoverConfig
@@ -47,24 +46,24 @@ class Scene:
         visits = [0.0] * n_pois if closest is None else closest
         towards = None if courses is None else [around((0.0, 0.0), course, 1.0) for course in courses]
         return RoverState(
-            position=jnp.asarray(rovers, jnp.float32).reshape(agents, 2),
-            heading=jnp.zeros(agents) if headings is None else jnp.asarray(headings, jnp.float32),
-            poi_position=jnp.asarray(pois, jnp.float32).reshape(n_pois, 2),
-            observed=jnp.zeros(n_pois, bool) if observed is None else jnp.asarray(observed, bool),
-            time=jnp.asarray(time, jnp.int32),
-            poi_direction=None if towards is None else jnp.asarray(towards, jnp.float32),
-            order=None if order is None else jnp.asarray(order, jnp.int32),
-            breaks_at=None if breaks_at is None else jnp.asarray(breaks_at, jnp.int32),
-            closest=jnp.asarray(visits, jnp.float32) if self.world.team_reward == "closest" else None,
+            position=array(np.reshape(rovers, (agents, 2)), "float32"),
+            heading=array([0.0] * agents if headings is None else headings, "float32"),
+            poi_position=array(np.reshape(pois, (n_pois, 2)), "float32"),
+            observed=array([False] * n_pois if observed is None else observed, "bool"),
+            time=array(time, "int32"),
+            poi_direction=None if towards is None else array(towards, "float32"),
+            order=None if order is None else array(order, "int32"),
+            breaks_at=None if breaks_at is None else array(breaks_at, "int32"),
+            closest=array(visits, "float32") if self.world.team_reward == "closest" else None,
         )
 
     def step(self, state: RoverState, *actions: tuple[float, float]) -> tuple[RoverState, TimeStep]:
         """One action per rover; every rover stands if none is given."""
         given = actions or (STAND,) * self.world.n_agents
-        return self._step(state, jnp.asarray(given, jnp.float32), jax.random.key(0))
+        return self._step(state, array(given, "float32"), jax.random.key(0))
 
     def oracle_state(self, state: RoverState) -> rover.State:
-        return one_world(self.world, jax.tree.map(lambda leaf: leaf[..., None], state), 0)
+        return one_world(self.world, jax.tree.map(lambda leaf: np.asarray(leaf)[..., None], state), 0)
 
     def sensed(self, state: RoverState, agent: int = 0) -> np.ndarray:
         """What one rover senses after a step in which all stood: sectors, channels."""
@@ -77,7 +76,7 @@ class Scene:
     def _after_standing(self, state: RoverState, agent: int) -> tuple[np.ndarray, np.ndarray]:
         _, step = self.step(state)
         channels = self.world.n_sectors * (1 + self.world.n_types)
-        return tuple(np.split(np.asarray(step.observation[agent]), [channels]))
+        return tuple(np.split(np.asarray(step.observation)[agent], [channels]))
 
     def rewards(self, step: TimeStep, skill: str) -> list[float]:
         """One reward per rover."""
