@@ -35,10 +35,12 @@ def test_teams_learn_to_aim() -> None:
     assert (metrics["champion_fitness"][:, -1] > -0.02).all()
     # The champion is the mean.
     algorithm = ea(evolver="snes")
+    state = jax.device_get(state)
+    say = jax.jit(lambda team: team.act(jnp.full((AGENTS, 4), 0.5), team.initial_memory(), jax.random.key(1)))
     for seed in range(2):
-        one = jax.tree.map(lambda leaf, seed=seed: leaf[seed], state)
+        one = jax.tree.map(lambda leaf, seed=seed: jnp.asarray(leaf[seed]), state)
         team = algorithm.team(one)
-        action, _, _ = team.act(jnp.full((AGENTS, 4), 0.5), team.initial_memory(), jax.random.key(1))
+        action, _, _ = jax.device_get(say(team))
         np.testing.assert_allclose(action[:, 0], TARGETS, atol=0.2)
         genes = np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(team.actors)])
         np.testing.assert_array_equal(np.sort(genes), np.sort(one.search.distribution.mean))

@@ -80,16 +80,18 @@ def test_in_each_episode_one_policy_of_each_agent_acts() -> None:
     together = {tuple(row) for row in np.asarray(lived.choice[0])}
     assert {policy for row in together for policy in row} == {0, 1, 2}
     assert len(together) > 12, "agents draw apart from each other"
-    actors = state.actors.learners.actor
+    actors, lived = jax.device_get((state.actors.learners.actor, lived))
+    act = jax.jit(lambda actor: actor(jnp.full(4, 0.5)))
     for world in range(5):
         for agent in range(AGENTS):
             own = jax.tree.map(lambda leaf, a=agent, w=world: leaf[0, a, lived.choice[0, w, a]], actors)
-            np.testing.assert_allclose(lived.action[0, world, agent], own(jnp.full(4, 0.5)), rtol=1e-5)
+            np.testing.assert_allclose(lived.action[0, world, agent], act(own), rtol=1e-5)
     # The champion is made of the first of each.
     seen = jnp.full((AGENTS, 4), 0.5)
-    action, _, choice = algorithm.team(state).act(seen, jnp.zeros((AGENTS, 0)), jax.random.key(4))
+    say = jax.jit(lambda state: algorithm.team(state).act(seen, jnp.zeros((AGENTS, 0)), jax.random.key(4)))
+    action, _, choice = say(state)
     first = jax.tree.map(lambda leaf: leaf[0, :, 0], actors)
-    np.testing.assert_allclose(action, jax.vmap(lambda one: one(jnp.full(4, 0.5)))(first), rtol=1e-5)
+    np.testing.assert_allclose(action, jax.vmap(act)(first), rtol=1e-5)
     assert choice.tolist() == [0] * AGENTS
 
 
@@ -142,7 +144,7 @@ def test_agents_may_be_paid_their_part_of_the_team_s_reward() -> None:
         lived = rollout(env, lineup, jax.random.key(3))[1]
         return lived, learning._batch(learning._rows_of(lived)[0])
 
-    lived, batch = explored(jax.random.key(0))
+    lived, batch = jax.device_get(explored(jax.random.key(0)))
     np.testing.assert_allclose(batch.reward, lived.action[0, ..., 0] * Wheels.ways[None], rtol=1e-5)
 
 

@@ -10,7 +10,7 @@ TEXT = (Path(__file__).parents[2] / "docs" / "tutorials" / "agents-that-differ.m
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.DOTALL)
 
 
-def test_both_teams_are_trained(folder, capsys):
+def test_both_teams_are_trained(folder, compiled_for_users, capsys):
     world, script = (text for kind, text in BLOCKS if kind == "python")
     (folder / "survey.py").write_text(world)
     said = []

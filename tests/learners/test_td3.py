@@ -134,7 +134,7 @@ def test_twin_critics_start_apart() -> None:
 def test_learners_stacked_by_vmap_equal_each_alone(small: TD3) -> None:
     skills = 3
     keys = jax.random.split(jax.random.key(5), skills)
-    states = jax.vmap(small.init)(keys)
+    states = jax.jit(jax.vmap(small.init))(keys)
     rng = np.random.default_rng(2)
     drawn = {field: [] for field in ("observation", "action", "reward", "next_observation", "terminated")}
     for _ in range(skills):
@@ -143,9 +143,11 @@ def test_learners_stacked_by_vmap_equal_each_alone(small: TD3) -> None:
     batches = Batch(**{field: jnp.asarray(np.stack(v), jnp.float32) for field, v in drawn.items()})
     together, losses = jax.jit(jax.vmap(small.update))(states, batches, keys)
     alone = jax.jit(small.update)
+    # In NumPy: JAX would compile each way to take one of so many.
+    states, batches, together, losses = jax.device_get((states, batches, together, losses))
     for skill in range(skills):
-        inputs = jax.tree.map(lambda leaf, skill=skill: leaf[skill], (states, batches, keys))
-        expected = alone(*inputs)
+        inputs = jax.tree.map(lambda leaf, skill=skill: leaf[skill], (states, batches))
+        expected = alone(*inputs, keys[skill])
         actual = jax.tree.map(lambda leaf, skill=skill: leaf[skill], (together, losses))
         for one, other in zip(jax.tree.leaves(actual), jax.tree.leaves(expected), strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-5)

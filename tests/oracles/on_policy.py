@@ -35,15 +35,11 @@ def lived(seed: int, players: Players = CHOOSERS, padding: float = PADDING) -> E
     following = observation[1:].copy()
     for values in (observation[:-1], following, reward):
         values[after] = padding
-    return Experience.create(
-        jnp.asarray(observation[:-1]),
-        jnp.asarray(following),
-        jnp.asarray(taken),
-        jnp.asarray(reward),
-        jnp.asarray(ends | after),
-        jnp.asarray(mask),
-        jnp.asarray(decides | after[..., None]),
-    )
+    return created(observation[:-1], following, taken, reward, ends | after, mask, decides | after[..., None])
+
+
+created = jax.jit(Experience.create)
+"""As one program: each operation by itself would be another, in every file of tests."""
 
 
 def values(seed: int) -> np.ndarray:

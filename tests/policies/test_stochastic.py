@@ -53,9 +53,11 @@ def test_policies_begin_nearly_even_and_orthogonal() -> None:
 def test_agents_act_by_the_skill_that_they_drew() -> None:
     acting = team(Options(SKILLS), memory=3)
     action, _, choice = eqx.filter_jit(acting.act)(OBSERVED, acting.initial_memory(), jax.random.key(5))
+    choice, skills, observed = jax.device_get((choice, acting.skills, OBSERVED))
+    say = jax.jit(lambda skill, seen: skill(seen))
     for agent in range(AGENTS):
-        skill = jax.tree.map(lambda leaf, own=int(choice[agent]): leaf[own], acting.skills)
-        np.testing.assert_allclose(action[agent], skill(OBSERVED[agent]), rtol=1e-5)
+        skill = jax.tree.map(lambda leaf, own=int(choice[agent]): leaf[own], skills)
+        np.testing.assert_allclose(np.asarray(action)[agent], say(skill, observed[agent]), rtol=1e-5)
 
 
 def test_a_greedy_team_draws_nothing() -> None:
