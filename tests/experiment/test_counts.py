@@ -37,7 +37,6 @@ ALGORITHMS = {
 
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_no_algorithm_counts_beyond_32_bits(name):
-    tiny.compile_once()
     algorithm = ALGORITHMS[name]()
     state = jax.jit(algorithm.init)(jax.random.key(0))
     step = jax.jit(algorithm.step)
