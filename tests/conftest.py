@@ -11,13 +11,14 @@ from types import ModuleType
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 # Programs in tests run for milliseconds: XLA compiles them three times as fast without LLVM's optimisations
 # and without its emitters of fused loops. To split a program for 32 threads takes a sixth as long again, and
-# other tests have the threads.
+# other tests have the threads; that XLA checks itself after each group of its passes, a tenth.
 os.environ["XLA_FLAGS"] = " ".join(
     (
         os.environ.get("XLA_FLAGS", ""),
         "--xla_backend_optimization_level=0",
         "--xla_cpu_use_fusion_emitters=false",
         "--xla_cpu_parallel_codegen_split_count=1",
+        "--xla_disable_hlo_passes=hlo-verifier",
     )
 )
 

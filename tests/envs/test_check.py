@@ -12,8 +12,16 @@ import pytest
 import skillcrew as sc
 from cli.test_commands import call
 from envs.stranger import write_package
+from oracles.checking import AT_A_GLANCE
 from oracles.mixed import Mixed, MixedDiscrete
 from oracles.picking import Picking
+from skillcrew.envs.checks import play
+
+
+@pytest.fixture(autouse=True)
+def speed_at_a_glance(monkeypatch):
+    for name, value in AT_A_GLANCE.items():
+        monkeypatch.setattr(play, name, value)
 
 
 class Sound(sc.Environment):

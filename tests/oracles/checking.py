@@ -1,11 +1,16 @@
 """What `check_environment` says, in a fraction of the time."""
 
 from typing import Any
+from unittest import mock
 
 import jax
 
 import skillcrew as sc
+from skillcrew.envs.checks import play
 from skillcrew.envs.checks.report import Finding
+
+AT_A_GLANCE = {"WORLDS": 16, "MEASURED_SECONDS": 0.01}
+"""What `play` measures speed by, where nobody asks how high it is."""
 
 
 def complaints(env: Any) -> list[Finding]:
@@ -14,6 +19,7 @@ def complaints(env: Any) -> list[Finding]:
         setattr(env, name, jax.jit(getattr(env, name)))
     jax.config.update("jax_disable_most_optimizations", True)
     try:
-        return [one for one in sc.check_environment(env).findings if one.level != "fine"]
+        with mock.patch.multiple(play, **AT_A_GLANCE):
+            return [one for one in sc.check_environment(env).findings if one.level != "fine"]
     finally:
         jax.config.update("jax_disable_most_optimizations", False)
