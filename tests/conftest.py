@@ -27,7 +27,6 @@ import jax
 import optax.tree
 import pytest
 from hypothesis import HealthCheck, settings
-from jax._src.interpreters import mlir
 from jaxtyping import install_import_hook
 
 # Checks each annotated shape and type at every call. It rewrites modules while they are imported,
@@ -55,8 +54,6 @@ def _share_compiled_programs() -> None:
 
 
 _share_compiled_programs()
-# To make a context takes twice as long as to put a single operation into it: all programs share one.
-mlir.make_ir_context = functools.cache(mlir.make_ir_context)
 
 
 def _spare(module: ModuleType, name: str) -> None:
