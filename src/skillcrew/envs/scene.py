@@ -17,17 +17,23 @@ class Points(eqx.Module):
     state: Int[Array, " things"] | None = None
     """Which of `states` each is in; negative for one that is not to be drawn."""
     states: tuple[str, ...] = eqx.field(static=True, default=())
+    kinds: tuple[str, ...] = eqx.field(static=True, default=())
+    """Of each thing the kind that it is of, if they are of several: each kind gets a colour of its own, that
+    of the skills whose names end in it where there are such."""
 
 
 class Discs(eqx.Module):
     """Circles and areas, such as the range within which something counts."""
 
     name: str = eqx.field(static=True)
+    """Of all of them, for a legend. "sensors", one for each agent, are shown of the agent pointed at."""
     position: Float[Array, "things 2"]
     radius: Float[Array, " things"]
     state: Int[Array, " things"] | None = None
     """Which of `states` each is in; negative for one that is not to be drawn."""
     states: tuple[str, ...] = eqx.field(static=True, default=())
+    kinds: tuple[str, ...] = eqx.field(static=True, default=())
+    """As of `Points`."""
 
 
 class Lines(eqx.Module):

@@ -17,7 +17,7 @@ from skillcrew.envs.offers import (
     offers,
     require,
 )
-from skillcrew.envs.scene import Scene
+from skillcrew.envs.scene_shapes import scene_mistake
 
 
 def check_offers(subject: Subject) -> Iterator[Finding]:
@@ -78,8 +78,8 @@ def _kind(leaf: Any) -> tuple[Any, Any]:
 def _scene(subject: Subject) -> tuple[str, Finding | None]:
     name, finding = "scene", None
     scene, failed = _of_state(subject, require(subject.env, OffersScene, name).scene, name)
-    if failed is None and not isinstance(scene, Scene):
-        finding = Finding("wrong", name, f"returns {type(scene).__name__}; return a skillcrew.Scene")
+    if failed is None and (mistake := scene_mistake(scene, subject.env.n_agents)) is not None:
+        finding = Finding("wrong", name, mistake)
     return name, failed or finding
 
 

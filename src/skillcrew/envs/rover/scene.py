@@ -18,7 +18,7 @@ def scene(config: RoverConfig, state: RoverState) -> Scene:
         high=(config.world_size, config.world_size),
         points=(
             Points("agents", state.position, state.heading, broken, ("working", "broken down")),
-            Points("POIs", state.poi_position, state=observed, states=("not observed", "observed")),
+            Points("POIs", state.poi_position, None, observed, ("not observed", "observed"), names),
         ),
         discs=(
             Discs(
@@ -27,6 +27,7 @@ def scene(config: RoverConfig, state: RoverState) -> Scene:
                 jnp.full(config.n_pois, config.activation_distance),
                 observed,
                 ("not observed", "observed"),
+                names,
             ),
         ),
         labels=(Labels(state.poi_position, names),),
