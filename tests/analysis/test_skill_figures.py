@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
 
+from oracles.colours import lightness_and_hue
 from skillcrew.analysis import skill_figures as figures
 from skillcrew.analysis.skill_figures import readable_skill, skill_distribution
 from skillcrew.envs.registry import make
@@ -121,21 +121,6 @@ def test_skills_read_as_words_in_the_order_of_the_stack():
     assert figure.get_supylabel() == "Share of episodes still running"
 
 
-def lightness_and_hue(colour):
-    """CIELAB of a colour as a reader with deuteranopia sees it (Machado et al. 2009)."""
-    rgb = np.array(to_rgb(colour))
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    seen = [
-        [0.367322, 0.860646, -0.227968],
-        [0.280085, 0.672501, 0.047413],
-        [-0.01182, 0.04294, 0.968881],
-    ]
-    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
-    xyz = np.array(to_xyz) @ np.clip(np.array(seen) @ linear, 0, 1) / [0.95047, 1, 1.08883]
-    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
-    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
-
-
 def test_colours_pair_the_skills_of_a_target_and_are_told_apart_by_the_colour_blind():
     names = [
         f"{verb}_{target}"
@@ -152,6 +137,11 @@ def test_colours_pair_the_skills_of_a_target_and_are_told_apart_by_the_colour_bl
         colour for i, colour in enumerate(figures.skill_colours(names)) if i not in (4, 5)
     ]
     assert figures.skill_colours(["hover", "land"])[0] != figures.skill_colours(["hover", "land"])[1]
+
+
+def test_skills_of_unlike_agents_look_alike():
+    names = [f"{kind}/{skill}" for kind in ("scout", "hauler") for skill in ("go_to_poi_A", "go_to_agent")]
+    assert figures.skill_colours(names) == 2 * figures.skill_colours(["go_to_poi_A", "go_to_agent"])
 
 
 def test_every_skill_of_the_largest_preset_has_a_colour_of_its_own():

@@ -127,7 +127,8 @@ def skill_colours(skill_names: Sequence[str]) -> list[str]:
 
 
 def _target(name: str) -> tuple[str, bool]:
-    """What a skill is about, and whether it leads away from it."""
+    """What a skill is about, and whether it leads away from it; the same for all types of agents."""
+    name = name.rpartition("/")[2]
     for prefix, away in (("go_to_", False), ("go_away_from_", True)):
         if name.startswith(prefix):
             return name.removeprefix(prefix), away
