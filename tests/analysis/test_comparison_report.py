@@ -14,7 +14,7 @@ from experiment import made_up, tiny
 from skillcrew.algorithms import registry
 from skillcrew.analysis import comparison_report
 from skillcrew.analysis.comparison_report import write_results
-from skillcrew.analysis.report import write_report
+from skillcrew.analysis.report import write_figures
 from skillcrew.experiment.comparison import ComparedFigure, Comparison, ComparisonFolder, PlannedRun
 from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.reproduction import plan, reproduction
@@ -230,7 +230,7 @@ def test_scores_are_those_of_the_report(folder, planned, monkeypatch):
     monkeypatch.setattr("skillcrew.analysis.report.save", lambda figure, stem: [stem])
     returns = np.array([[1.0, 0, 1, 1, 1], [0, 0, 0, 0, 0], [1, 1, 1, 1, 1], [1, 0, 0, 0, 1]])
     evaluation = sc.Evaluation(SEEDS, 5, returns, np.zeros((4, 5, 2, 1), int), returns == 1)
-    write_report(run, evaluation)
+    write_figures(run, evaluation, run.folder.report)
     assert run.folder.scores == run.folder.path / "report" / "scores.json"
     scores = json.loads(run.folder.scores.read_text())
     assert scores["episodes"] == 5
@@ -249,7 +249,8 @@ def test_a_run_that_was_really_trained(folder, finished):
     ]
     evaluation = trained.evaluate(20)
     first, second = (folder.run(one).path for one in planned)
-    write_report(sc.Run(shutil.copytree(finished, first)), evaluation)
+    copy = sc.Run(shutil.copytree(finished, first))
+    write_figures(copy, evaluation, copy.folder.report)
     shutil.copytree(first, second)
     assert all(folder.is_done(one) for one in planned)
     written = results(folder, ["rover-t2-c2"], planned)

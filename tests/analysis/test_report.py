@@ -9,7 +9,7 @@ import pytest
 import skillcrew as sc
 from experiment import tiny
 from skillcrew.analysis import report
-from skillcrew.analysis.report import learning_curve, write_report
+from skillcrew.analysis.report import learning_curve, write_figures, write_report, write_reports
 
 
 @pytest.fixture
@@ -19,7 +19,9 @@ def run(tmp_path):
 
 def test_files_are_written_into_the_run_or_elsewhere(run, tmp_path):
     evaluation = run.evaluate(20)
-    *written, scores = write_report(run, evaluation)
+    page, *written, scores = write_report(run, evaluation)
+    assert page == run.folder.path / "report" / "report.html"
+    assert page.read_text().startswith("<!doctype html>") and "rover-t2-c2" in page.read_text()
     assert scores == run.folder.scores and json.loads(scores.read_text()) == evaluation.as_dict()
     stems = ["learning_curve", *(f"chosen_skills_seed_{seed}" for seed in tiny.SEEDS)]
     assert {path.stem for path in written} == set(stems)
@@ -30,7 +32,29 @@ def test_files_are_written_into_the_run_or_elsewhere(run, tmp_path):
         start = b"\x89PNG" if path.suffix == ".png" else b"%PDF"
         assert path.read_bytes().startswith(start) and path.stat().st_size > 2000
     elsewhere = write_report(run, evaluation, tmp_path / "deep" / "figures")
-    assert [path.name for path in elsewhere] == [path.name for path in (*written, scores)]
+    assert [path.name for path in elsewhere] == [path.name for path in (page, *written, scores)]
+    assert elsewhere[0].read_bytes() == page.read_bytes(), "the same run gives other episodes"
+
+
+def test_several_runs_are_on_one_page(run, tmp_path, monkeypatch):
+    shown = report.shown_episodes(run)
+    monkeypatch.setattr(report, "shown_episodes", lambda run: shown)
+    monkeypatch.setattr(report, "save", lambda figure, stem: [stem])
+    caught = []
+    monkeypatch.setattr(report, "write_page", lambda *given: caught.append(given) or given[-1])
+    # A folder of each one's name, that need not be there yet.
+    for name in ("run", "run-2", "other"):
+        (tmp_path / "out" / name).mkdir(parents=True)
+    other = sc.Run(shutil.copytree(run.folder.path, tmp_path / "other"))
+    runs, evaluation = [run, run, other], run.evaluate(20)
+    page, *figures = write_reports(runs, [evaluation] * 3, tmp_path / "out")
+    assert page == tmp_path / "out" / "report.html"
+    assert {path.parent.name for path in figures} == {"run", "run-2", "other"}
+    (contents, pooled, title, _) = caught[0]
+    assert [one.name for one in contents] == ["MADyS (run)", "MADyS (run-2)", "MADyS (other)"]
+    assert title == "3 runs on rover-t2-c2" and len(pooled) == 1
+    assert pooled[0].runs == (0, 1, 2) and len(pooled[0].curve.per_seed) == 6
+    np.testing.assert_allclose(pooled[0].curve.band.mean, contents[0].curve.band.mean)
 
 
 def test_the_curve_is_the_score_within_the_budget(run):
@@ -55,7 +79,7 @@ def test_the_skill_figures_show_the_recorded_choices(run, monkeypatch, tmp_path)
     monkeypatch.setattr(report, "skill_distribution", draw)
     monkeypatch.setattr(report, "save", lambda figure, stem: [stem])
     evaluation = run.evaluate(20)
-    write_report(run, evaluation, tmp_path)
+    write_figures(run, evaluation, tmp_path)
     assert len(shown) == 2
     for index, (choices, names, heading) in enumerate(shown):
         np.testing.assert_array_equal(choices, evaluation.choices[index])

@@ -11,6 +11,7 @@ import pytest
 
 import skillcrew as sc
 from experiment import tiny
+from skillcrew.cli import report as report_command
 from skillcrew.cli import train as train_command
 from skillcrew.cli.main import COMMANDS, run_command
 from skillcrew.envs import registry
@@ -335,6 +336,20 @@ def test_report_as_json(copied, capsys, tmp_path):
     assert captured.err == ""
     written = json.loads(captured.out)["written"]
     assert sorted(written) == sorted(str(path) for path in out.iterdir()) and written
+
+
+def test_a_page_of_several_runs(copied, capsys, tmp_path, monkeypatch):
+    caught = []
+    monkeypatch.setattr(report_command, "write_reports", lambda *given: caught.append(given) or [given[-1]])
+    assert (
+        call(["report", str(copied), str(copied), "--episodes", "20", "--out", str(tmp_path / "both")]) == 0
+    )
+    runs, evaluations, folder = caught[0]
+    assert [run.folder.path for run in runs] == [copied, copied] and folder == tmp_path / "both"
+    assert [evaluation.episodes for evaluation in evaluations] == [20, 20]
+    capsys.readouterr()
+    assert call(["report", str(copied), str(copied), "--checkpoint", "1"]) == 2
+    assert "--checkpoint 1: is of one run; give one RUN" in capsys.readouterr().err
 
 
 def test_list_as_text_and_as_json(capsys):

@@ -15,7 +15,7 @@ COMMANDS = {
     "train": "train an algorithm in an environment, then write a report",
     "resume": "go on with a run after an interruption, or beyond its budget",
     "evaluate": "score a run's champions on fresh episodes",
-    "report": "draw a run's learning curve and chosen skills",
+    "report": "write a page of one or more runs, with replays, and figures",
     "show": "how far a run is, what it reached, and every option of it",
     "check": "say what is wrong with an environment of your own, and what is fine",
     "compare": "train several algorithms in one environment: one figure, one table",

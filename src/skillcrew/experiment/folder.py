@@ -22,7 +22,7 @@ config.yaml        every option, also those left at their defaults; `skillcrew t
 metrics.parquet    one row per seed and generation (pandas, polars, R and DuckDB read it)
 timing.json        seconds spent on compiling and on running, environment steps per second
 checkpoints/       everything that the run goes on from, by generation: the latest and the best
-report/            learning curve and chosen skills, as PNG and PDF, and the champions' scores
+report/            report.html to look at; learning curve and chosen skills, as PNG and PDF; scores
 environment.txt    versions, device and command
 owner.lock         held by the process that trains here
 digests.json       of config.yaml and metrics.parquet, so that damage is noticed; checkpoints have theirs

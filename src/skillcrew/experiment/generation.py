@@ -23,9 +23,9 @@ compile half as long again, and run no faster."""
 ALWAYS_NUMBERS = ("fitness_best", "fitness_mean", RETURN.key)
 """Metrics that are never NaN if all is well; the loss of a skill that does not learn is."""
 
-TRAINING, SCORING, EVALUATION = 0, 1, 0x5EED
-"""Numbers of a seed's streams of random numbers: what it trains by, the scores of its curve, and the score in
-the end. JAX's fold of different numbers into one key gives different keys."""
+TRAINING, SCORING, REPLAY, EVALUATION = 0, 1, 2, 0x5EED
+"""Numbers of a seed's streams of random numbers: what it trains by, the scores of its curve, the episodes to
+look at, and the score in the end. JAX's fold of different numbers into one key gives different keys."""
 
 
 class RunState(eqx.Module):
@@ -48,7 +48,7 @@ def initial_state(algorithm: Algorithm, seed: UInt32[Array, ""]) -> RunState:
 
 
 def stream(seed: UInt32[Array, ""], number: int) -> Key[Array, ""]:
-    """The root of one of a seed's streams of random numbers: `TRAINING`, `SCORING` or `EVALUATION`."""
+    """The root of one of a seed's streams of random numbers, by its number: `TRAINING` or another."""
     return jax.random.fold_in(jax.random.key(seed), number)
 
 

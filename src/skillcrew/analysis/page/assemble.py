@@ -1,0 +1,63 @@
+"""One HTML file of a page's parts, which asks nobody for anything and lets no text become script."""
+
+import base64
+import hashlib
+import html
+import json
+import re
+from importlib import resources
+from typing import Any
+
+STYLES = ("look.css", "parts.css")
+
+SCRIPTS = (
+    "unpack.js",
+    "text.js",
+    "chart.js",
+    "curves.js",
+    "shares.js",
+    "episodes.js",
+    "marks.js",
+    "picture.js",
+    "timeline.js",
+    "replay.js",
+    "page.js",
+)
+"""In the order in which they stand in the page, each of what it needs behind it."""
+
+POLICY = "default-src 'none'; script-src '{script}'; style-src '{style}'; base-uri 'none'; form-action 'none'"
+"""Nothing is loaded, and nothing runs but the one script and the one style sheet that have these digests."""
+
+
+def assemble(contents: Any, title: str) -> str:
+    """The whole page.
+
+    Args:
+        contents: what `describe` made; any text in it is data, whatever it holds.
+    """
+    style = "\n".join(_asset(name) for name in STYLES)
+    script = "\n".join(_asset(name) for name in SCRIPTS)
+    parts = {
+        "POLICY": POLICY.format(script=_digest(script), style=_digest(style)),
+        "TITLE": html.escape(title),
+        "STYLE": style,
+        "SCRIPT": script,
+        "DATA": as_data(contents),
+    }
+    # At one go: what is put in is not looked through for places.
+    return re.sub(r"\{\{([A-Z]+)\}\}", lambda place: parts[place[1]], _asset("page.html"))
+
+
+def as_data(contents: Any) -> str:
+    """JSON in which no browser finds the end of a script, a comment, or a line."""
+    text = json.dumps(contents, allow_nan=False, separators=(",", ":"))
+    # U+2028 and U+2029 are escaped with all else that is not ASCII.
+    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
+
+
+def _asset(name: str) -> str:
+    return resources.files("skillcrew.analysis.page").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def _digest(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")

@@ -1,0 +1,180 @@
+"""What the page shows, as plain values: learning curves, scores, chosen skills, episodes, configuration."""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Int, Real
+
+from skillcrew.analysis.curves import Curve
+from skillcrew.analysis.page.colours import both_grounds
+from skillcrew.analysis.page.packing import pack, short
+from skillcrew.analysis.page.scenery import describe_scene, pack_episodes
+from skillcrew.analysis.skill_figures import AGENT_COLOURS, readable_skill, skill_colours
+from skillcrew.analysis.statistics import Band, skill_shares
+from skillcrew.envs.offers import OffersSkillTexts, offers, unwrapped
+from skillcrew.envs.padded import types_of_agents
+from skillcrew.experiment.evaluation import Evaluation
+from skillcrew.experiment.files import read_plain
+from skillcrew.experiment.recording import Shown
+from skillcrew.experiment.run import Run
+from skillcrew.experiment.score import Score
+
+MOST_ROWS = 400
+"""Of a single seed's curve; more than a chart has room for."""
+
+SHARE_STEPS = 1000
+"""Of a share of episodes, from 0 to 1."""
+
+
+@dataclasses.dataclass(frozen=True)
+class RunContents:
+    """What is known of one run."""
+
+    run: Run
+    name: str
+    """Tells it from the others on the page."""
+    evaluation: Evaluation
+    curve: Curve
+    logarithmic: Curve
+    """The same, with its band even on a logarithmic axis."""
+    shown: Sequence[Shown]
+
+
+@dataclasses.dataclass(frozen=True)
+class Pooled:
+    """The curve of several runs of one algorithm in one environment, over the seeds of all of them."""
+
+    runs: tuple[int, ...]
+    """Their places among the runs of the page."""
+    curve: Curve
+    logarithmic: Curve
+
+
+def describe(runs: Sequence[RunContents], pooled: Sequence[Pooled], title: str) -> dict[str, Any]:
+    """Everything on the page, ready for JSON."""
+    return {
+        "title": title,
+        "panels": _panels(runs, pooled),
+        "runs": [_run(one) for one in runs],
+    }
+
+
+def _panels(runs: Sequence[RunContents], pooled: Sequence[Pooled]) -> list[dict[str, Any]]:
+    """A panel of curves for each environment and kind of score."""
+    panels: dict[tuple[str, str], dict[str, Any]] = {}
+    for index, one in enumerate(runs):
+        environment, score = one.run.algorithm.env.name, one.curve.score
+        fresh = {"environment": environment, "score": _score(score), "curves": [], "pooled": []}
+        panel = panels.setdefault((environment, score.key), fresh)
+        panel["curves"].append({"run": index, **_curve(one.name, one.curve, one.logarithmic)})
+    for many in pooled:
+        panel = panels[runs[many.runs[0]].run.algorithm.env.name, many.curve.score.key]
+        label = f"{many.curve.label}, {len(many.runs)} runs"
+        panel["pooled"].append({"runs": list(many.runs), **_curve(label, many.curve, many.logarithmic)})
+    return list(panels.values())
+
+
+def _score(score: Score) -> dict[str, Any]:
+    ends = [score.lower, score.upper] if score.bounded else None
+    return {"label": score.label, "word": score.word, "ends": ends, "decimals": score.decimals}
+
+
+def _curve(label: str, curve: Curve, logarithmic: Curve) -> dict[str, Any]:
+    rows = [_thinned(steps, values) for steps, values in curve.per_seed]
+    return {
+        "label": label,
+        "band": _band(curve.band),
+        "logarithmic": _band(logarithmic.band),
+        "seeds": [{"steps": short(steps, 6), "values": short(values)} for steps, values in rows],
+        "pretrained": None if curve.pretrained_at is None else float(curve.pretrained_at),
+    }
+
+
+def _band(band: Band) -> dict[str, Any]:
+    return {
+        "steps": short(band.steps, 6),
+        "mean": short(band.mean),
+        "low": short(band.low),
+        "high": short(band.high),
+    }
+
+
+def _thinned(
+    steps: Real[np.ndarray, " _"], values: Real[np.ndarray, " _"]
+) -> tuple[Real[np.ndarray, " _"], Real[np.ndarray, " _"]]:
+    """At most `MOST_ROWS` of the rows that hold a value, evenly, with the first and the last."""
+    kept = np.flatnonzero(~np.isnan(np.asarray(values, float)))
+    which = kept[np.unique(np.linspace(0, len(kept) - 1, min(len(kept), MOST_ROWS)).round().astype(int))]
+    return steps[which], values[which]
+
+
+def _run(one: RunContents) -> dict[str, Any]:
+    algorithm, evaluation = one.run.algorithm, one.evaluation
+    env, skills = algorithm.env, algorithm.choices()
+    types = types_of_agents(env)
+    scenes = [shown.recording.scene for shown in one.shown]
+    scene = scenes[0] if scenes else None
+    return {
+        "name": one.name,
+        "algorithm": algorithm.label,
+        "environment": env.name,
+        "agents": [
+            {"type": env.types[types[index]].name if types else None} for index in range(env.n_agents)
+        ],
+        "skills": _skills(env, skills),
+        "score": _score(evaluation.score),
+        "scores": _scores(evaluation),
+        "shares": [
+            {"seed": seed, **_shares(choices, len(skills))}
+            for seed, choices in zip(evaluation.seeds, evaluation.choices, strict=True)
+        ],
+        "scenery": None if scene is None else describe_scene(scene, skills if len(skills) > 1 else ()),
+        "replays": [pack_episodes(shown) for shown in one.shown],
+        "steps": one.run.config.steps,
+        "about": _about(one.run),
+    }
+
+
+def _skills(env: Any, skills: Sequence[str]) -> list[dict[str, Any]]:
+    texts = unwrapped(env).skill_texts if offers(env, OffersSkillTexts) else {}
+    # Where nothing is chosen, colours are left to what there is in the world.
+    colours = skill_colours(skills) if len(skills) > 1 else AGENT_COLOURS[:1]
+    return [
+        {"name": readable_skill(name), "text": str(texts.get(name, "")), "colour": both_grounds(colour)}
+        for name, colour in zip(skills, colours, strict=True)
+    ]
+
+
+def _scores(evaluation: Evaluation) -> dict[str, Any]:
+    """Each seed's score, and that of all of them where there are several."""
+    score = evaluation.score
+    reached = [*zip(evaluation.seeds, evaluation.per_seed, strict=True)]
+    if len(reached) > 1:
+        reached.append((None, evaluation.overall))
+    rows = [{"seed": seed, "text": score.range(interval)} for seed, interval in reached]
+    return {"episodes": evaluation.episodes, "rows": rows}
+
+
+def _shares(choices: Int[np.ndarray, "episodes time agents"], n_skills: int) -> dict[str, Any]:
+    """How often each skill was chosen, [agents, skills, time], and in how many episodes, [time]."""
+    shares, running = skill_shares(choices, n_skills)
+    lived = int(np.flatnonzero(running)[-1]) + 1
+    steps = np.rint(np.nan_to_num(shares[:lived]) * SHARE_STEPS).astype(int)
+    of = np.rint(running[:lived] / len(choices) * SHARE_STEPS).astype(int)
+    return pack({"shares": steps.transpose(1, 2, 0), "running": of})
+
+
+def _about(run: Run) -> list[list[str]]:
+    """What the run folder says of itself: each file's name and text."""
+    files = (run.folder.config, run.folder.path / "environment.txt", run.folder.timing)
+    return [[path.name, text] for path in files if (text := _text(path)) is not None]
+
+
+def _text(path: Path) -> str | None:
+    try:
+        return read_plain(path)
+    except (OSError, UnicodeDecodeError):
+        return None
