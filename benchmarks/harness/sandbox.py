@@ -23,6 +23,8 @@ class Watch:
         self._folder = os.path.realpath(folder)
         # What catches the output of a command lies there.
         self._scratch = tempfile.gettempdir()
+        # JAX puts compiled programs there, where whoever runs us asks for that; no command line can.
+        self._compiled = os.path.realpath(os.environ.get("JAX_COMPILATION_CACHE_DIR") or folder)
         self._on = False
         self.noted: list[str] = []
         sys.addaudithook(self._hear)
@@ -63,7 +65,8 @@ class Watch:
             if event == "open":
                 whole = os.path.realpath(text)
             scratch = os.path.dirname(whole) == self._scratch or whole == self._scratch
-            if not (whole.startswith(self._folder + os.sep) or scratch or whole.startswith("/dev/")):
+            free = tuple(place + os.sep for place in (self._folder, self._compiled, "/dev"))
+            if not (whole.startswith(free) or scratch):
                 self.noted.append(f"{event} {text}")
         except (OSError, ValueError):
             pass
