@@ -31,20 +31,12 @@ import numpy as np
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
 from benchmarks.harness.sharing import shared_programs
+from benchmarks.harness.subject import conclude, train_subject
 from benchmarks.harness.watching import Outcome, observe
 from benchmarks.kill_and_resume import ending, same
 
 from skillcrew.analysis import report
 
-TRAIN = (
-    *("train", "madys", "rover-t2-c2", "--seeds", "2", "--steps", "900", "--score-episodes", "3"),
-    *("--generations-per-report", "2", "--checkpoint-seconds", "0", "--report-episodes", "20"),
-    *("--environment.episode-length", "6", "--environment.activation-distance", "9"),
-    *("--algorithm.skills", "go_to_poi_A", "go_to_poi_B"),
-    *("--algorithm.population", "7", "--algorithm.episodes", "2", "--algorithm.probe-episodes", "1"),
-    *("--algorithm.updates", "2", "--algorithm.buffer-capacity", "400", "--algorithm.selector.hidden", "8"),
-    *("--algorithm.learner.batch-size", "8", "--algorithm.learner.network.hidden", "8"),
-)
 SECONDS = 120
 """That a command may take; the first of its kind compiles."""
 
@@ -282,14 +274,9 @@ def main() -> int:
         place = Path(name)
         finished, room = place / "finished", place / "room"
         room.mkdir()
-        trained = observe([*TRAIN, "--out", str(finished)], 600)
-        if trained.code != 0:
-            raise SystemExit(f"the run itself failed: {trained}")
+        train_subject(finished)
         summary, problems = run_damages(finished, room, arguments.count, arguments.seed)
-    for problem in problems:
-        print(problem)
-    print(summary)
-    return 1 if problems else 0
+    return conclude(summary, problems)
 
 
 def parse_arguments() -> argparse.Namespace:

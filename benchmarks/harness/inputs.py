@@ -32,11 +32,12 @@ import yaml
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
 from benchmarks.harness.command_lines import draw_words
-from benchmarks.harness.damages import TRAIN, contents, no_drawing
+from benchmarks.harness.damages import contents, no_drawing
 from benchmarks.harness.hostile_files import draw_config, draw_metrics
 from benchmarks.harness.hostile_folders import draw_folder
 from benchmarks.harness.sandbox import CANARY, Watch
 from benchmarks.harness.sharing import shared_programs
+from benchmarks.harness.subject import conclude, train_subject
 from benchmarks.harness.watching import Outcome, observe
 
 from skillcrew.experiment.evaluation import Evaluation
@@ -285,17 +286,12 @@ def main() -> int:
         place = Path(name)
         finished = Path(arguments.finished) if arguments.finished else place / "finished"
         if not finished.exists():
-            trained = observe([*TRAIN, "--out", str(finished)], 600)
-            if trained.code != 0:
-                raise SystemExit(f"the run itself failed: {trained}")
+            train_subject(finished)
         (place / "room").mkdir()
         summary, problems = run_inputs(
             finished.absolute(), place / "room", numbers, arguments.seed, arguments.seconds
         )
-    for problem in problems:
-        print(problem)
-    print(summary)
-    return 1 if problems else 0
+    return conclude(summary, problems)
 
 
 def parse_arguments() -> argparse.Namespace:
