@@ -31,8 +31,8 @@ class RestartConfig:
     patience: int = 0
     """Generations without improvement of the fitness after which it does; 0 for never."""
     below: float | None = None
-    """Fitness from which on it never does, however slowly it improves. Default: 0.8 where the environment
-    says what success is; elsewhere only who never improved begins anew, or mostly gets nothing at all."""
+    """Fitness from which on it never does, however slowly it improves. Default: 0.8, of 1 for a success,
+    where the environment says what that is; elsewhere only who never improved, or gets nothing, does."""
     tolerance: float = 0.01
     """What counts as improvement: a difference in fitness or, where no `below` is known, a share of the
     difference between the best and the worst of a generation."""
