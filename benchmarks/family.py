@@ -62,7 +62,7 @@ def seconds_per_generation(environment: str, rounds: int) -> dict[str, list[floa
     programs: dict[str, tuple[Callable, Any]] = {}
     for name, algorithm in algorithms(environment).items():
         state = first_state(algorithm, config)
-        programs[name] = (generation.compiled_chunk(algorithm, config, state), state)
+        programs[name] = (generation.CompiledChunk(algorithm, config, state), state)
     seconds: dict[str, list[float]] = {name: [] for name in programs}
     for _ in range(rounds + 1):
         for name, (compiled, state) in programs.items():
@@ -77,7 +77,7 @@ def share_outside(algorithm: Algorithm, generations: int) -> float:
     """Share of a run's time, from its first generation to its last checkpoint, outside the program."""
     steps = generations * _most_steps(algorithm)
     inside = 0.0
-    compile_chunk = generation.compiled_chunk
+    compile_chunk = generation.CompiledChunk
 
     def measured(*arguments: Any) -> Callable:
         compiled = compile_chunk(*arguments)
@@ -91,13 +91,13 @@ def share_outside(algorithm: Algorithm, generations: int) -> float:
 
         return call
 
-    generation.compiled_chunk = measured
+    generation.CompiledChunk = measured
     try:
         with tempfile.TemporaryDirectory() as folder:
             run = sc.train(algorithm, seeds=(SEED,), steps=steps, out=Path(folder) / "run")
             timing = run.folder.timing.read_text()
     finally:
-        generation.compiled_chunk = compile_chunk
+        generation.CompiledChunk = compile_chunk
     total = next(entry["seconds"] for entry in json.loads(timing) if "seconds" in entry)
     return 1 - inside / total
 

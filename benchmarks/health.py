@@ -34,9 +34,9 @@ def program(method: str, environment: str, looks: bool) -> tuple[Any, Any]:
     config = RunConfig(seeds=(2000,))
     state = first_state(algorithm, config)
     if looks:
-        return generation.compiled_chunk(algorithm, config, state), state
+        return generation.CompiledChunk(algorithm, config, state), state
     with mock.patch.object(generation, "is_sound", lambda _: jnp.ones((), bool)):
-        return generation.compiled_chunk(algorithm, config, state), state
+        return generation.CompiledChunk(algorithm, config, state), state
 
 
 def main() -> None:

@@ -32,7 +32,7 @@ def program(method: str, environment: str, seeds: tuple[int, ...], generations: 
     config = RunConfig(seeds=seeds, generations_per_report=generations)
     state = first_state(algorithm, config)
     began = time.perf_counter()
-    compiled = generation.compiled_chunk(algorithm, config, state)
+    compiled = generation.CompiledChunk(algorithm, config, state)
     return compiled, state, time.perf_counter() - began
 
 

@@ -143,7 +143,7 @@ def train(algorithm: MADyS, steps: int) -> tuple[float, list[tuple[int, float]],
         generation.seeds_of(config)
     )
     began = time.perf_counter()
-    chunk = generation.compiled_chunk(algorithm, config, runs)
+    chunk = generation.CompiledChunk(algorithm, config, runs)
     compiled = time.perf_counter() - began
     rates, lived = [], 0
     while lived < steps:

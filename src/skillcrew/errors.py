@@ -23,6 +23,13 @@ class Notice(UserWarning):
     """Something that a user did not ask for and should know; the command line prints its line alone."""
 
 
+def out_of_memory(error: BaseException) -> bool:
+    """Whether Python or XLA asked the system for more memory than it would give."""
+    return isinstance(error, MemoryError) or (
+        type(error).__name__ == "JaxRuntimeError" and "out of memory" in str(error).lower()
+    )
+
+
 def one_line(text: str) -> str:
     """A text as one line that any terminal shows as it is, whatever words and files have put into it.
 

@@ -6,6 +6,8 @@ import re
 import subprocess
 import sys
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -139,7 +141,7 @@ MISTAKES = [
     ([*TRAIN, "--algorithm.selector.hidden", "0"], ["hidden = (0,)"]),
     ([*TRAIN, "--algorithm.selector.hidden", "1e18"], ["hidden = (1000000000000000000,)", "at most 8192"]),
     ([*TRAIN, "--algorithm.selector.memory", "1e18"], ["memory = 1000000000000000000", "up to 8192"]),
-    ([*TRAIN, "--algorithm.population", "1e18"], ["needs about", "GiB", "--algorithm.population"]),
+    ([*TRAIN, "--algorithm.population", "1e9"], ["needs about", "GiB", "--algorithm.population"]),
     ([*TRAIN, "--score-episodes", "1e18"], ["score_episodes = 1000000000000000000", "at most 1000000"]),
     ([*TRAIN, "--report-episodes", "1e18"], ["report_episodes = 1000000000000000000", "to 1000000"]),
     ([*TRAIN, "--generations-per-report", "1e18"], ["generations_per_report = 1", "at most 1000000"]),
@@ -391,3 +393,21 @@ def test_a_reader_that_has_gone_is_no_error():
     )
     assert done.stdout == "{\n"
     assert done.stderr == ""
+
+
+def test_a_machine_that_has_no_memory_left_is_one_line(monkeypatch, capsys):
+    def too_much(_):
+        return jax.jit(lambda: jnp.zeros((2**20, 2**24)))()
+
+    monkeypatch.setattr("skillcrew.cli.evaluate.run", too_much)
+    assert call(["evaluate", "run"]) == 2
+    line = capsys.readouterr().err
+    assert line.startswith("skillcrew: the machine has no memory left; what a run has saved is kept. Lower ")
+    assert line.count("\n") == 1
+
+    def other_trouble(_):
+        raise RuntimeError("out of luck")
+
+    monkeypatch.setattr("skillcrew.cli.evaluate.run", other_trouble)
+    with pytest.raises(RuntimeError, match="luck"):
+        call(["evaluate", "run"])

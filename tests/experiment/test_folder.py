@@ -134,7 +134,7 @@ def test_a_file_is_written_whole_or_stays_as_it_was(tmp_path):
 def test_a_disk_without_room_for_a_checkpoint_is_said_before_compiling(tmp_path, monkeypatch, counting):
     usage = shutil.disk_usage(tmp_path)._replace(free=11)
     monkeypatch.setattr("shutil.disk_usage", lambda _: usage)
-    monkeypatch.setattr("skillcrew.experiment.generation.compiled_chunk", lambda *_: pytest.fail("compiled"))
+    monkeypatch.setattr("skillcrew.experiment.generation.CompiledChunk", lambda *_: pytest.fail("compiled"))
     with pytest.raises(sc.UserError, match="the disk is full"):
         sc.train(counting, 2, 200.0, tmp_path / "run", **OPTIONS)
 

@@ -16,7 +16,7 @@ from skillcrew.learners.batch import Batch
 from skillcrew.learners.dqn import DQNConfig
 from skillcrew.learners.learner import Learner, LearnerState, make_learner, unused_learner
 from skillcrew.learners.td3 import TD3Config
-from skillcrew.learners.training import train_learners
+from skillcrew.learners.training import round_bytes, train_learners
 from skillcrew.policies.memory import MemoryNetwork
 from skillcrew.policies.network import NetworkConfig
 from skillcrew.policies.team import ActorTeam, NoisyTeam
@@ -93,6 +93,9 @@ class ActorLearning:
     Raises:
         UserError: a reward that the environment lacks.
     """
+
+    _agents_per_row = 1
+    """How many agents' transitions stand side by side in a row of the buffer."""
 
     def __init__(
         self,
@@ -173,8 +176,11 @@ class ActorLearning:
         )
 
     def transient_bytes(self, worlds: int) -> int:
-        """Trajectories of so many worlds, their transitions as rows, and one more copy meanwhile."""
-        return 3 * 4 * most_transitions(self._env, worlds) * self._buffer.width
+        """What so many worlds take until they are in the buffer, and a round of updates after that."""
+        rows = most_transitions(self._env, worlds) // self._agents_per_row
+        width = self._buffer.width
+        learners = self.n_actors * self._agents_per_row
+        return 3 * 4 * rows * width + round_bytes(self._learner.config, learners, width)
 
     def _draw(self, key: Key[Array, ""], experience: Any) -> Batch:
         """Each actor's mini-batches, with leading axes [actors, policy_delay, batch_size]."""

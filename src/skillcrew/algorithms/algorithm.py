@@ -11,6 +11,7 @@ from skillcrew.errors import UserError, unknown_name
 from skillcrew.evolution.restart import LOW
 from skillcrew.evolution.strategy import LOW_AVERAGE
 from skillcrew.policies.team import Team
+from skillcrew.whole_numbers import check_whole_numbers
 
 
 @runtime_checkable
@@ -74,6 +75,7 @@ def override(algorithm: Any, config: Any, overrides: Mapping[str, Any]) -> Any:
         if field not in fields:
             raise unknown_name(f"field of {algorithm.name}", field, fields)
     config = dataclasses.replace(config or algorithm.config_class(), **overrides)
+    check_whole_numbers(config)
     return filled_in(algorithm.env, config)
 
 

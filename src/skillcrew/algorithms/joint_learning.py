@@ -60,7 +60,7 @@ class JointLearning(ActorLearning):
     """
 
     def __init__(self, env: Environment, config: Any, n_actors: int):
-        self._own_actors = n_actors
+        self._own_actors, self._agents_per_row = n_actors, env.n_agents
         super().__init__(env, config)
 
     def explorers(self, key: Key[Array, ""], state: ActorLearningState, start: Start) -> Lineup:
@@ -87,9 +87,6 @@ class JointLearning(ActorLearning):
             agents * (env.action_size + 1),
             agents * len(env.skills),
         )
-
-    def transient_bytes(self, worlds: int) -> int:
-        return super().transient_bytes(worlds) // self._env.n_agents
 
     def _make_learner(self, heads: int) -> MADDPGLearner:
         config, env = self.config, self._env

@@ -17,6 +17,7 @@ from skillcrew.learners.dqn import DQNConfig
 from skillcrew.learners.learner import LearnerState, make_learner, unused_learner
 from skillcrew.learners.plateau import Plateau, PlateauConfig, gone_on, mean_return
 from skillcrew.learners.td3 import TD3Config
+from skillcrew.learners.training import round_bytes
 from skillcrew.policies.dispatch import Skills
 from skillcrew.policies.team import FixedChoiceTeam
 from skillcrew.replay import ReplayBuffer, capacity_for, most_transitions, transitions_of
@@ -159,8 +160,11 @@ class SkillLearning:
         self._buffer = ReplayBuffer(capacity, env.observation_size, env.action_size, self.n_skills)
 
     def transient_bytes(self, worlds: int) -> int:
-        """Trajectories of so many recorded worlds, their transitions as rows, and one more copy meanwhile."""
-        return 3 * 4 * most_transitions(self._env, worlds) * self._buffer.width
+        """So many recorded worlds until they are in the buffer, and a round of updates after that."""
+        width = self._buffer.width
+        return 3 * 4 * most_transitions(self._env, worlds) * width + round_bytes(
+            self._learner.config, self.n_skills, width
+        )
 
     def init(self, key: Key[Array, ""]) -> SkillState:
         """Random skills, an empty buffer."""

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Generator
 from typing import Any
 
-from skillcrew.errors import Notice, UserError, one_line, unknown_name
+from skillcrew.errors import Notice, UserError, one_line, out_of_memory, unknown_name
 
 COMMANDS = {
     "train": "train an algorithm in an environment, then write a report",
@@ -23,6 +23,10 @@ COMMANDS = {
     "list": "algorithms, environments, skills and their options",
 }
 
+NO_MEMORY = (
+    "the machine has no memory left; what a run has saved is kept. Lower the number of --seeds or episodes, "
+    "--algorithm.population, batch sizes or --algorithm.buffer-capacity, or use a larger machine"
+)
 USER_MISTAKE = 2
 INTERRUPTED = 130
 
@@ -55,6 +59,11 @@ def run_command(words: list[str]) -> int:
         # The reader of our output, such as `head`, has gone; nothing is left to say to it.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except Exception as error:
+        if not out_of_memory(error):
+            raise
+        print(f"skillcrew: {NO_MEMORY}", file=sys.stderr)
+        return USER_MISTAKE
 
 
 @contextlib.contextmanager

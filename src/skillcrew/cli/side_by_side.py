@@ -13,8 +13,9 @@ from skillcrew.analysis.comparison_report import write_results
 from skillcrew.cli.jobs import Job, available_cores, run_jobs
 from skillcrew.errors import UserError
 from skillcrew.experiment.comparison import Comparison, ComparisonFolder, PlannedRun
+from skillcrew.experiment.device_memory import available, in_gib
 from skillcrew.experiment.files import write_whole
-from skillcrew.experiment.memory import available, estimate, in_gib
+from skillcrew.experiment.memory import estimate
 from skillcrew.experiment.progress import clock
 
 STATUS_SECONDS = 60.0

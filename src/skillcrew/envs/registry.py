@@ -7,6 +7,7 @@ from typing import Any
 
 from skillcrew.envs.importing import import_object, import_path
 from skillcrew.errors import UserError, nearest_first, unknown_name
+from skillcrew.whole_numbers import check_whole_numbers
 
 ENTRY_POINTS = "skillcrew.environments"
 """The group of entry points by which a package offers environments: name = "module:Class"."""
@@ -143,6 +144,8 @@ class Entry:
         Raises:
             UserError: it cannot be imported or made.
         """
+        if self.config_class:
+            check_whole_numbers(self.config)
         kind = environment_class(self.place)
         try:
             env = kind(self.config) if self.config_class else kind()

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Int, Key, PyTree, UInt32
 
 from skillcrew.algorithms.algorithm import Algorithm
+from skillcrew.experiment import device_memory
 from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.score import RETURN, measured
 from skillcrew.policies.team import Team
@@ -113,30 +114,42 @@ def is_sound(numbers: PyTree) -> Bool[Array, ""]:
     return jnp.stack([jnp.ones((), bool), *(~column.any() for column in columns)]).all()
 
 
-def compiled_chunk(
-    algorithm: Algorithm, config: RunConfig, runs: RunState
-) -> Callable[..., tuple[RunState, dict[str, Array], Bool[Array, " seeds"]]]:
+class CompiledChunk:
     """`chunk` as a program for such runs, of all generations up to a report if it is not told how many.
 
     Its input is donated, so that the buffer is updated in place. The budget is no part of the program: a run
     that goes on beyond it need not be compiled again where JAX keeps what it has compiled.
     """
-    budget, all_of_them = jnp.asarray(config.steps, jnp.int32), np.int32(config.generations_per_report)
-    program = compiled(
-        lambda runs, budget, generations: chunk(algorithm, config, budget, runs, generations),
-        runs,
-        budget,
-        all_of_them,
-        donate_argnums=0,
-    )
-    return lambda runs, generations=all_of_them: program(runs, budget, np.int32(generations))
+
+    def __init__(self, algorithm: Algorithm, config: RunConfig, runs: RunState):
+        self._budget = jnp.asarray(config.steps, jnp.int32)
+        self._all = config.generations_per_report
+        self._program = compiled(
+            lambda runs, budget, generations: chunk(algorithm, config, budget, runs, generations),
+            runs,
+            self._budget,
+            np.int32(self._all),
+            donate_argnums=0,
+        )
+
+    def __call__(
+        self, runs: RunState, generations: int | None = None
+    ) -> tuple[RunState, dict[str, Array], Bool[Array, " seeds"]]:
+        return self._program(runs, self._budget, np.int32(generations or self._all))
 
 
-def compiled(function: Callable[..., Any], *arguments: PyTree, **options: Any) -> Callable[..., Any]:
-    """A function compiled for such arguments; on a CPU at LLVM's first level, if `XLA_FLAGS` names none."""
-    program = jax.jit(function, **options).lower(*arguments)
+def compiled(function: Callable[..., Any], *arguments: PyTree, **options: Any) -> jax.stages.Compiled:
+    """A function compiled for such arguments; on a CPU at LLVM's first level, if `XLA_FLAGS` names none.
+
+    Raises:
+        UserError: it would take more memory than there is, as XLA has laid it out.
+    """
+    traced = jax.jit(function, **options).lower(*arguments)
     ours = jax.default_backend() == "cpu" and OPTIMIZATION_LEVEL not in os.environ.get("XLA_FLAGS", "")
-    return program.compile({OPTIMIZATION_LEVEL: "1"} if ours else None)
+    program = traced.compile({OPTIMIZATION_LEVEL: "1"} if ours else None)
+    if laid_out := program.memory_analysis():
+        device_memory.check(laid_out.temp_size_in_bytes)
+    return program
 
 
 def play(algorithm: Algorithm, team: Team, key: Key[Array, ""], episodes: int) -> Trajectories:

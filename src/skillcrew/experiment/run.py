@@ -13,7 +13,7 @@ from jaxtyping import Array, UInt32
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError
-from skillcrew.experiment import generation, memory
+from skillcrew.experiment import device_memory, generation, memory
 from skillcrew.experiment.config import MOST_AT_ONCE, RunConfig, from_yaml, to_yaml
 from skillcrew.experiment.evaluation import Evaluation
 from skillcrew.experiment.folder import RunFolder
@@ -126,7 +126,7 @@ class Run:
             config = dataclasses.replace(config, steps=round(steps))
             if config.steps < self.config.steps:
                 raise UserError(f"steps = {config.steps}: less than the run's budget of {self.config.steps}")
-        memory.check(memory.estimate(self.algorithm, config))
+        device_memory.check(memory.estimate(self.algorithm, config))
         runner = Runner(self.algorithm, config, self.folder, reporter or SilentReporter())
         with owned(self.folder.path):
             state = runner.restore(self._checkpoint)
@@ -171,10 +171,11 @@ def train(
     config = RunConfig(seeds=chosen, steps=round(steps), **options)
     reporter = reporter or SilentReporter()
     needed = memory.estimate(algorithm, config)
+    free = device_memory.available()
     reporter.note(
-        f"Needs about {memory.in_gib(needed)} of memory, of {memory.in_gib(memory.available())} free."
+        f"Needs about {device_memory.in_gib(needed)} of memory, of {device_memory.in_gib(free)} free."
     )
-    memory.check(needed)
+    device_memory.check(needed)
     folder = RunFolder(out if out is not None else free_folder(algorithm))
     folder.create(to_yaml(algorithm, config))
     runner = Runner(algorithm, config, folder, reporter)

@@ -217,10 +217,14 @@ class Runner:
     def _steps_lived(self, state: RunState) -> int:
         return int(np.asarray(state.environment_steps).astype(np.int64).sum())
 
-    def _compile(self, state: RunState) -> Callable[..., Any]:
-        """The program of a chunk, and a note of how long it took to compile."""
+    def _compile(self, state: RunState) -> generation.CompiledChunk:
+        """The program of a chunk, and a note of how long it took to compile.
+
+        Raises:
+            UserError: it would take more memory than there is.
+        """
         began = time.monotonic()
-        compiled = generation.compiled_chunk(self.algorithm, self.config, state)
+        compiled = generation.CompiledChunk(self.algorithm, self.config, state)
         seconds = time.monotonic() - began
         self.reporter.note(f"Compiled in {seconds:.1f} s.")
         self._note_timing({"compile_seconds": seconds})

@@ -6,7 +6,9 @@ import jax
 from jaxtyping import Array, Float, Key
 
 from skillcrew.learners.batch import Batch
+from skillcrew.learners.dqn import DQNConfig
 from skillcrew.learners.learner import Learner, LearnerState
+from skillcrew.learners.td3 import TD3Config
 
 
 def train_learners(
@@ -35,3 +37,14 @@ def train_learners(
     keys = jax.random.split(key, updates // learner.config.policy_delay)
     trained, losses = jax.lax.scan(one_round, learners, keys)
     return trained, jax.tree.map(lambda loss: loss.mean(0), losses)
+
+
+def round_bytes(config: TD3Config | DQNConfig, learners: int, width: int) -> int:
+    """Estimate of the memory of one round: mini-batches, and what the networks make of them.
+
+    Args:
+        width: numbers per transition.
+    """
+    # Eight: measured, of an actor and two critics, there and back.
+    numbers = 2 * config.policy_delay * width + 8 * sum(config.network.hidden)
+    return 4 * learners * config.batch_size * numbers
