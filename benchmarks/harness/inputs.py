@@ -243,6 +243,7 @@ def no_training() -> Generator[None]:
         ):
             stack.enter_context(mock.patch(place, done))
         stack.enter_context(mock.patch("skillcrew.experiment.run.Run.evaluate", evaluate))
+        stack.enter_context(mock.patch("skillcrew.analysis.report.shown_episodes", lambda *_: []))
         stack.enter_context(mock.patch("skillcrew.experiment.folder.describe_environment", lambda: ""))
         for place in ("skillcrew.experiment.memory.estimate", "skillcrew.cli.side_by_side.estimate"):
             stack.enter_context(mock.patch(place, lambda *_: 1))

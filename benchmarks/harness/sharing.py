@@ -24,8 +24,11 @@ def shared_programs() -> Generator[None]:
     def from_yaml(path: Path, env: Any = None, trust: bool = False) -> Any:
         if not os.path.isfile(path):
             return read(path, env, trust)
+        try:
+            key = path.read_bytes(), env, trust
+        except OSError:
+            return read(path, env, trust)
         # The path is part of what an error says; there is none once it has been read.
-        key = path.read_bytes(), env, trust
         if key not in configurations:
             configurations[key] = read(path, env, trust)
         return configurations[key]

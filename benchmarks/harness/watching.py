@@ -11,6 +11,9 @@ from collections.abc import Generator, Sequence
 
 from skillcrew.cli.main import run_command
 
+BUSY = 6
+"""How many others may want the processor at the same time."""
+
 
 class Hung(BaseException):
     """It took longer than it may; not an `Exception`, which programs catch."""
@@ -79,15 +82,21 @@ def captured() -> Generator[list[str]]:
 
 @contextlib.contextmanager
 def alarm(seconds: float) -> Generator[None]:
-    """Raises `Hung` in the block after so many seconds."""
+    """Raises `Hung` in the block after so many seconds of work, or `BUSY` times as many on the clock."""
 
     def ring(*_: object) -> None:
         raise Hung
 
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    timers = {
+        signal.SIGPROF: (signal.ITIMER_PROF, seconds),
+        signal.SIGALRM: (signal.ITIMER_REAL, BUSY * seconds),
+    }
+    before = {number: signal.signal(number, ring) for number in timers}
+    for timer, limit in timers.values():
+        signal.setitimer(timer, limit)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        for number, (timer, _) in timers.items():
+            signal.setitimer(timer, 0)
+            signal.signal(number, before[number])

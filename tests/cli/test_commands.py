@@ -411,3 +411,10 @@ def test_a_machine_that_has_no_memory_left_is_one_line(monkeypatch, capsys):
     monkeypatch.setattr("skillcrew.cli.evaluate.run", other_trouble)
     with pytest.raises(RuntimeError, match="luck"):
         call(["evaluate", "run"])
+
+
+@pytest.mark.parametrize("words", [("train", 'a"b', "rover-t2-c1"), ("report", "it's"), ("evaluate", 'r"un')])
+def test_names_with_quotes_are_names(words, capsys):
+    call([*words, "--help"])
+    call([*words, "--nonsense"])
+    assert "Traceback" not in capsys.readouterr().err

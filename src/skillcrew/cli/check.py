@@ -28,7 +28,7 @@ def run(words: list[str]) -> int:
         return 0
     entry = find(places[0])
     options_class, default = with_environment(CheckOptions, entry)
-    options = parse_options(options_class, words[1:], default, f"skillcrew check {places[0]}", usage())
+    options = parse_options(options_class, words[1:], default, ("check", places[0]), usage())
     report = check_environment(configured(entry, options).make())
     if options.json:
         print(json.dumps({**dataclasses.asdict(report), "ok": report.ok}, indent=1))

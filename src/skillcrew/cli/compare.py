@@ -58,8 +58,8 @@ def run(words: list[str]) -> int:
     methods, environment = places
     entry = find(environment)
     options_class, default = with_environment(CompareOptions, entry)
-    program = f"skillcrew compare {methods} {environment}"
-    options = parse_options(options_class, words[2:], default, program, usage())
+    called = ("compare", methods, environment)
+    options = parse_options(options_class, words[2:], default, called, usage())
     chosen = configured(entry, options)
     env = chosen.make()
     runs = _runs(_names(methods), env, RunConfig(seeds=tuple(options.seeds), steps=options.steps))

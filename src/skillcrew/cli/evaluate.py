@@ -32,11 +32,9 @@ def run(words: list[str]) -> int:
     """Prints each seed's score and the mean over seeds, with 95 % intervals."""
     places = take_places(words, ("RUN",), USAGE)
     if places is None:
-        parse_options(EvaluateOptions, ["--help"], EvaluateOptions(), "skillcrew evaluate RUN", USAGE)
+        parse_options(EvaluateOptions, ["--help"], EvaluateOptions(), ("evaluate", "RUN"), USAGE)
         return 0
-    options = parse_options(
-        EvaluateOptions, words[1:], EvaluateOptions(), f"skillcrew evaluate {words[0]}", USAGE
-    )
+    options = parse_options(EvaluateOptions, words[1:], EvaluateOptions(), ("evaluate", words[0]), USAGE)
     evaluation = Run(places[0], checkpoint=options.checkpoint, trust=options.trust).evaluate(options.episodes)
     if options.json:
         print(json.dumps({**evaluation.as_dict(), "run": places[0]}, indent=1))

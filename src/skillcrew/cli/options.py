@@ -4,6 +4,7 @@ import contextlib
 import dataclasses
 import io
 import itertools
+import shlex
 import sys
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -37,17 +38,20 @@ registry = ConstructorRegistry()
 
 
 def parse_options(
-    kind: type[Options], words: Sequence[str], default: Any, program: str, about: str
+    kind: type[Options], words: Sequence[str], default: Any, called: Sequence[str], about: str
 ) -> Options:
     """Parses the words after a command into a dataclass.
 
     Args:
         default: an instance, whose values are the defaults that `--help` shows.
+        called: the words before those, the first of which is the command.
 
     Raises:
         UserError: an unknown option, a value of the wrong type, or one that a dataclass refuses.
         SystemExit: after `--help`.
     """
+    # As a shell would take it: tyro splits it, and a folder may be called anything.
+    program = shlex.join(("skillcrew", *called))
     _refuse_unknown(kind, words, program)
     said = io.StringIO()
     try:

@@ -45,11 +45,11 @@ def run(words: list[str]) -> int:
     """Writes the page and the figures, and says where they are."""
     places = take_places(words, ("RUN",), USAGE)
     if places is None:
-        parse_options(ReportOptions, ["--help"], ReportOptions(), "skillcrew report RUN", USAGE)
+        parse_options(ReportOptions, ["--help"], ReportOptions(), ("report", "RUN"), USAGE)
         return 0
     folders = list(itertools.takewhile(lambda word: not word.startswith("-"), words))
     rest = words[len(folders) :]
-    options = parse_options(ReportOptions, rest, ReportOptions(), f"skillcrew report {words[0]}", USAGE)
+    options = parse_options(ReportOptions, rest, ReportOptions(), ("report", words[0]), USAGE)
     if options.checkpoint is not None and len(folders) > 1:
         raise UserError(f"--checkpoint {options.checkpoint}: is of one run; give one RUN, or leave it out")
     runs = [Run(folder, checkpoint=options.checkpoint, trust=options.trust) for folder in folders]

@@ -55,11 +55,9 @@ def run(words: list[str]) -> int:
     """Trains what is missing, then writes figures and tables; 130 if interrupted after saving."""
     places = take_places(words, ("FIGURE",), USAGE)
     if places is None:
-        parse_options(ReproduceOptions, ["--help"], ReproduceOptions(), "skillcrew reproduce FIGURE", USAGE)
+        parse_options(ReproduceOptions, ["--help"], ReproduceOptions(), ("reproduce", "FIGURE"), USAGE)
         return 0
     figures = reproduction.figures_of(places[0])
-    options = parse_options(
-        ReproduceOptions, words[1:], ReproduceOptions(), f"skillcrew reproduce {places[0]}", USAGE
-    )
+    options = parse_options(ReproduceOptions, words[1:], ReproduceOptions(), ("reproduce", places[0]), USAGE)
     comparison = reproduction.reproduction(figures, tuple(options.seeds), options.budget)
     return run_side_by_side(comparison, options.out, options.jobs, ["reproduce", *words])

@@ -42,9 +42,9 @@ def run(words: list[str]) -> int:
     """Resumes, then writes and announces the report; 130 if interrupted again."""
     places = take_places(words, ("RUN",), USAGE)
     if places is None:
-        parse_options(ResumeOptions, ["--help"], ResumeOptions(), "skillcrew resume RUN", USAGE)
+        parse_options(ResumeOptions, ["--help"], ResumeOptions(), ("resume", "RUN"), USAGE)
         return 0
-    options = parse_options(ResumeOptions, words[1:], ResumeOptions(), f"skillcrew resume {words[0]}", USAGE)
+    options = parse_options(ResumeOptions, words[1:], ResumeOptions(), ("resume", words[0]), USAGE)
     unfinished = Run(places[0], checkpoint=options.checkpoint, trust=options.trust)
     budget = options.steps or unfinished.config.steps
     reporter = make_reporter(budget, unfinished.config.seeds, quiet=options.quiet)

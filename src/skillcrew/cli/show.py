@@ -41,9 +41,9 @@ def run(words: list[str]) -> int:
     """Prints what a run folder holds."""
     places = take_places(words, ("RUN",), USAGE)
     if places is None:
-        parse_options(ShowOptions, ["--help"], ShowOptions(), "skillcrew show RUN", USAGE)
+        parse_options(ShowOptions, ["--help"], ShowOptions(), ("show", "RUN"), USAGE)
         return 0
-    options = parse_options(ShowOptions, words[1:], ShowOptions(), f"skillcrew show {words[0]}", USAGE)
+    options = parse_options(ShowOptions, words[1:], ShowOptions(), ("show", words[0]), USAGE)
     folder = RunFolder(places[0])
     found = shown(folder)
     print(json.dumps(found, indent=1) if options.json else as_lines(found))

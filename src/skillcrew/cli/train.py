@@ -86,7 +86,7 @@ def run(words: list[str]) -> int:
 def _options(kind: Any, entry: Entry, words: list[str]) -> Any:
     fields = {"algorithm": kind.config_class()}
     options_class, default = with_environment(RunOptions, entry, fields)
-    return parse_options(options_class, words[2:], default, f"skillcrew train {words[0]} {words[1]}", usage())
+    return parse_options(options_class, words[2:], default, ("train", words[0], words[1]), usage())
 
 
 def _train_from_file(words: list[str]) -> int:
@@ -98,7 +98,7 @@ def _train_from_file(words: list[str]) -> int:
         config.steps,
         **{name: getattr(config, name) for name in RunOptions().run_config()},
     )
-    options = parse_options(FileOptions, words[1:], default, "skillcrew train --config FILE", usage())
+    options = parse_options(FileOptions, words[1:], default, ("train", "--config", "FILE"), usage())
     return train_and_report(algorithm, options)
 
 

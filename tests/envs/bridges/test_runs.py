@@ -135,7 +135,7 @@ def test_a_name_is_found_without_the_package_and_says_what_it_is():
 
 def test_options_on_the_command_line_and_back():
     def parse(*words):
-        return parse_options(GymnasiumConfig, list(words), GymnasiumConfig(), "skillcrew", "")
+        return parse_options(GymnasiumConfig, list(words), GymnasiumConfig(), ("check",), "")
 
     config = parse("--arguments", "N=3,wind=0.5,loud=true,name=east,none_here=null")
     assert config.arguments == {"N": 3, "wind": 0.5, "loud": True, "name": "east", "none_here": None}
