@@ -15,7 +15,7 @@ STAMP := $(VENV)/installed.stamp
 help:
 	@echo "make demo    train MADyS on rover-t2-c1, five seeds, and write its report to runs/demo"
 	@echo "make test    all checks: lint format types layers unit (each is a target too)"
-	@echo "make harness damages run folders and misuses the commands, at length; takes hours"
+	@echo "make harness damages run folders, kills and misuses the commands, at length; takes hours"
 	@echo "make bench   environment steps per second, beside the peers that are installed"
 	@echo "make fix     apply what lint and format would complain about, where that is mechanical"
 	@echo "make venv    only make $(VENV) and install; every target above does that when needed"
@@ -66,10 +66,11 @@ layers: $(STAMP)
 unit: $(STAMP)
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
-# Both, whatever comes of the first.
+# All of them, whatever comes of the first.
 harness: $(STAMP)
 	@status=0; \
 	$(BIN)/python -m benchmarks.harness.damages || status=1; \
+	$(BIN)/python -m benchmarks.harness.kills || status=1; \
 	$(BIN)/python -m benchmarks.harness.inputs || status=1; \
 	exit $$status
 

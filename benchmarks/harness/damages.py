@@ -30,10 +30,10 @@ import numpy as np
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
+from benchmarks.harness.endings import ending, same
 from benchmarks.harness.sharing import shared_programs
 from benchmarks.harness.subject import conclude, train_subject
 from benchmarks.harness.watching import Outcome, observe
-from benchmarks.kill_and_resume import ending, same
 
 from skillcrew.analysis import report
 

@@ -4,7 +4,7 @@ Figures are built object by object: `pyplot` keeps every figure alive and choose
 neither of which a library may do to its user.
 """
 
-import os
+import io
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from skillcrew.errors import UserError
+from skillcrew.experiment.files import disk_errors, write_whole
 
 STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
@@ -65,17 +65,11 @@ def save(figure: Figure, stem: Path) -> list[Path]:
 
 
 def _save_one(figure: Figure, path: Path, kind: str, metadata: dict[str, None]) -> Path:
-    """Writes one file beside its place, then moves it there."""
-    # In the same folder, for a move between file systems is not atomic.
-    partial = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
+    """Draws in memory, then writes: on a full disk matplotlib fails in ways of its own."""
+    drawn = io.BytesIO()
+    with matplotlib.rc_context(STYLE):
+        figure.savefig(drawn, format=kind, dpi=150, metadata=metadata)
+    with disk_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with matplotlib.rc_context(STYLE):
-                figure.savefig(partial, format=kind, dpi=150, metadata=metadata)
-            os.replace(partial, path)
-        finally:
-            partial.unlink(missing_ok=True)
-    except OSError as error:
-        raise UserError(f"cannot write {path}: {error.strerror or error}") from error
+    write_whole(path, lambda partial: partial.write_bytes(drawn.getvalue()))
     return path

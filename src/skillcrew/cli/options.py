@@ -78,7 +78,7 @@ def _complaint(box: str) -> str:
 
 
 def _refuse_unknown(kind: type, words: Sequence[str], program: str) -> None:
-    valid = {"--help", *_option_names(kind)}
+    valid = {"--help", *option_names(kind)}
     for word in words:
         name = word.split("=")[0].replace("_", "-")
         if word.startswith("--") and name not in valid:
@@ -86,11 +86,12 @@ def _refuse_unknown(kind: type, words: Sequence[str], program: str) -> None:
             raise UserError(f"unknown option {name}; nearest: {near} (`{program} --help` lists all)")
 
 
-def _option_names(kind: Any, prefix: str = "") -> Iterator[str]:
+def option_names(kind: Any, prefix: str = "") -> Iterator[str]:
+    """The options that a dataclass, and those inside it, become: `--learner.batch-size` and the like."""
     for field in dataclasses.fields(kind):
         name = prefix + field.name.replace("_", "-")
         if dataclasses.is_dataclass(field.type) and isinstance(field.type, type):
-            yield from _option_names(field.type, f"{name}.")
+            yield from option_names(field.type, f"{name}.")
         else:
             yield f"--{name}"
             if field.type is bool:

@@ -1,0 +1,41 @@
+"""A run of any algorithm that is so small that compiling and checkpoints take most of its time."""
+
+from pathlib import Path
+
+from skillcrew.algorithms.registry import algorithm_class
+from skillcrew.cli.options import option_names
+
+ENVIRONMENT = "rover-t2-c2"
+OF_RUN = {
+    "steps": 2000,
+    "seeds": 2,
+    "score-episodes": 5,
+    "report-episodes": 20,
+    "generations-per-report": 2,
+    "checkpoint-seconds": 0,
+}
+OF_ENVIRONMENT = {"episode-length": 10, "activation-distance": 8}
+OF_ALGORITHM = {
+    "population": 8,
+    "episodes": 2,
+    "probe-episodes": 1,
+    "updates": 4,
+    "buffer-capacity": 3000,
+    "learner.batch-size": 32,
+    "learner.network.hidden": 8,
+    "selector.hidden": 8,
+    "actor.hidden": 8,
+    "policy.hidden": 8,
+    "critic.hidden": 8,
+    "evolution.elites": 2,
+}
+"""Of which an algorithm takes those that it has."""
+
+
+def train_words(algorithm: str, folder: Path) -> list[str]:
+    """The command line that trains it."""
+    known = set(option_names(algorithm_class(algorithm).config_class))
+    sizes = {f"algorithm.{name}": size for name, size in OF_ALGORITHM.items() if f"--{name}" in known}
+    sizes |= {f"environment.{name}": size for name, size in OF_ENVIRONMENT.items()}
+    options = [f"--{name}={value}" for name, value in {**OF_RUN, **sizes}.items()]
+    return ["train", algorithm, ENVIRONMENT, "--out", str(folder), *options]
