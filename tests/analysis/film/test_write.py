@@ -92,7 +92,7 @@ def test_ffmpeg_that_fails_is_one_line_and_leaves_the_old_file(ending, tmp_path,
     with pytest.raises(sc.UserError, match=r"^ffmpeg cannot be started: .*; install imageio-ffmpeg again"):
         write_episode(filmed.failed(), path, SMALL)
     program.chmod(0o755)
-    with pytest.raises(sc.UserError, match=r"^ffmpeg makes no film: Unknown encoder$"):
+    with pytest.raises(sc.UserError, match=r"^ffmpeg makes no film: Unknown encoder; IMAGEIO_FFMPEG_EXE"):
         write_episode(filmed.failed(), path, SMALL)
     assert path.read_text() == "old" and sorted(tmp_path.iterdir()) == [path, program]
 

@@ -15,7 +15,20 @@ from skillcrew.errors import UserError
 
 Frame = UInt8[np.ndarray, "height width 3"]
 
-MP4 = ("-c:v", "libx264", "-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4")
+MP4 = (
+    "-c:v",
+    "libx264",
+    "-preset",
+    "veryfast",
+    "-crf",
+    "20",
+    "-pix_fmt",
+    "yuv420p",
+    "-movflags",
+    "+faststart",
+    "-f",
+    "mp4",
+)
 """What every browser and player shows."""
 
 PALETTE = ("-vf", "palettegen", "-f", "apng")
@@ -76,7 +89,8 @@ def _encode(
         said.seek(0)
         lines = said.read().decode(errors="replace").strip().splitlines()
     if code:
-        raise UserError(f"ffmpeg makes no film: {lines[-1] if lines else f'it ends with exit code {code}'}")
+        why = lines[-1] if lines else f"it ends with exit code {code}"
+        raise UserError(f"ffmpeg makes no film: {why}; IMAGEIO_FFMPEG_EXE can name another one")
 
 
 def _start(words: tuple[str, ...], said: IO[bytes]) -> subprocess.Popen[bytes]:

@@ -63,7 +63,7 @@ class Marks:
         Args:
             alpha: of filling and line, or of each.
         """
-        if not (np.abs([*place, size]) < FAR).all():
+        if not _near(*place, size):
             return
         of_fill, of_line = alpha if isinstance(alpha, tuple) else (alpha, alpha)
         self._paths.append(path)
@@ -82,7 +82,7 @@ class Marks:
         self, start: Place, end: Place, colour: str, width: float | int, alpha: float | int = 1.0
     ) -> None:
         """A straight piece."""
-        if (np.abs([*start, *end]) < FAR).all():
+        if _near(*start, *end):
             path = Path([(0.0, 0.0), (end[0] - start[0], start[1] - end[1])])
             self.add(path, start, line=colour, width=width, alpha=alpha)
 
@@ -125,6 +125,10 @@ class Marks:
         else:
             artist.set_clip_box(TransformedBbox(within, axes.transData))
         return artist
+
+
+def _near(*numbers: Any) -> bool:
+    return all(abs(number) < FAR for number in numbers)
 
 
 @functools.cache
