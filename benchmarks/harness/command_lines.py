@@ -6,7 +6,7 @@ import random
 from benchmarks.harness.values import TEXTS, mutated
 
 from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
-from skillcrew.cli import check, compare, evaluate, report, reproduce, resume, train
+from skillcrew.cli import check, compare, evaluate, render, report, reproduce, resume, train
 from skillcrew.cli.environments import with_environment
 from skillcrew.cli.main import COMMANDS
 from skillcrew.cli.options import _option_names
@@ -18,6 +18,7 @@ ENVIRONMENTS = ("rover-t2-c1", "rover-t3-c3-drawn", "rover-t2-crew", "rescue-v1-
 OPTIONS = {
     "resume": resume.ResumeOptions,
     "evaluate": evaluate.EvaluateOptions,
+    "render": render.RenderOptions,
     "report": report.ReportOptions,
     "reproduce": reproduce.ReproduceOptions,
 }

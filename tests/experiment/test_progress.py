@@ -7,7 +7,15 @@ import pytest
 from rich.console import Console
 
 from skillcrew.experiment import progress
-from skillcrew.experiment.progress import LineReporter, LiveReporter, Summary, clock, human, make_reporter
+from skillcrew.experiment.progress import (
+    LineReporter,
+    LiveReporter,
+    Summary,
+    clock,
+    human,
+    make_reporter,
+    tracked,
+)
 from skillcrew.intervals import seed_interval
 
 BUDGET = 10_000
@@ -154,3 +162,12 @@ def test_counts(number, text):
 @pytest.mark.parametrize("number", [999.7, 999_600, 999_999, 2_000_000_000])
 def test_counts_never_turn_into_powers_of_ten(number):
     assert "e" not in human(number)
+
+
+@pytest.mark.parametrize(
+    ("terminal", "quiet", "shown"), [(True, False, True), (True, True, False), (False,) * 3]
+)
+def test_a_bar_where_somebody_looks(terminal, quiet, shown):
+    where = console(terminal)
+    assert list(tracked(iter("abc"), 3, "drawing", quiet, where)) == ["a", "b", "c"]
+    assert ("drawing" in where.file.getvalue()) == shown

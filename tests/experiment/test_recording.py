@@ -11,7 +11,13 @@ from analysis.page import meadow
 from skillcrew.envs.environment import Environment, TimeStep
 from skillcrew.envs.scene import Points, Scene
 from skillcrew.experiment import recording
-from skillcrew.experiment.recording import check_scene, record, shown_episodes, worth_showing
+from skillcrew.experiment.recording import (
+    check_scene,
+    episodes_of,
+    record,
+    shown_episodes,
+    worth_showing,
+)
 from skillcrew.rollout import Lineup, Start, rollout
 
 
@@ -83,6 +89,18 @@ def test_episodes_are_the_runs_own_and_always_the_same():
     for one, other in zip(shown, again, strict=True):
         for leaf, same in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
             np.testing.assert_array_equal(leaf, same)
+
+
+def test_those_of_the_page_are_among_all_by_their_numbers():
+    (_, shown), run = meadow.contents().shown, meadow.a_run(meadow.Meadow())
+    played = episodes_of(run, 11)
+    assert (played.seed, len(played.steps)) == (11, recording.PLAYED)
+    np.testing.assert_array_equal(played.steps[shown.number], shown.steps)
+    kept = played.recording.episodes(shown.number)
+    for leaf, same in zip(jax.tree.leaves(kept), jax.tree.leaves(shown.recording), strict=True):
+        np.testing.assert_array_equal(leaf, same)
+    with pytest.raises(sc.UserError, match="seed 4: not of this run, which has 3, 11"):
+        episodes_of(run, 4)
 
 
 def test_fewer_are_played_where_worlds_are_large(monkeypatch):

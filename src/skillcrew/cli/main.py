@@ -16,6 +16,7 @@ COMMANDS = {
     "resume": "go on with a run after an interruption, or beyond its budget",
     "evaluate": "score a run's champions on fresh episodes",
     "report": "write a page of one or more runs, with replays, and figures",
+    "render": "make a film or a picture of one of a champion's episodes",
     "show": "how far a run is, what it reached, and every option of it",
     "check": "say what is wrong with an environment of your own, and what is fine",
     "compare": "train several algorithms in one environment: one figure, one table",

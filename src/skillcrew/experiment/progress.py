@@ -1,13 +1,13 @@
 """What a person sees while a run works: a live table in a terminal, plain lines elsewhere."""
 
 import time
-from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from rich.console import Console, Group
 from rich.live import Live
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, track
 from rich.table import Table
 
 from skillcrew.experiment.score import score_among
@@ -162,6 +162,18 @@ class LiveReporter:
             note = f"  (training stopped in {stopped} of {len(self._seeds)} seeds)" if stopped else ""
             table.add_row(f"return of {skill}", f"{value:.2f}{note}")
         return table
+
+
+Thing = TypeVar("Thing")
+
+
+def tracked(
+    things: Iterable[Thing], total: int, word: str, quiet: bool = False, console: Console | None = None
+) -> Iterator[Thing]:
+    """Passes things on, with a bar on standard error if that is a terminal; nothing where `quiet`."""
+    console = console or Console(stderr=True)
+    hidden = quiet or not console.is_terminal
+    yield from track(things, word, total, console=console, disable=hidden, transient=True)
 
 
 def human(number: float | int) -> str:

@@ -1,6 +1,7 @@
 """Episodes of champions with what there is to draw of them, and which of them are worth showing."""
 
 import math
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -23,6 +24,9 @@ from skillcrew.rollout import Lineup, Start
 
 PLAYED = 100
 """Episodes of each seed, of which those that are shown are chosen."""
+
+SHOWN = 20
+"""Of each seed, on the page of a run."""
 
 MOST_NUMBERS = 2**26
 """That a seed's episodes are recorded in; fewer of them are played where worlds are large."""
@@ -47,7 +51,7 @@ class Recording(eqx.Module):
 
 
 class Shown(NamedTuple):
-    """One seed's episodes that are worth showing."""
+    """One seed's episodes: all that were played, or those that are worth showing."""
 
     seed: int
     played: int
@@ -91,7 +95,7 @@ def record(env: Environment, lineup: Lineup, key: Key[Array, ""]) -> Recording:
     return Recording(scene, *others)
 
 
-def shown_episodes(run: Run, count: int = 20) -> list[Shown]:
+def shown_episodes(run: Run, count: int = SHOWN) -> list[Shown]:
     """Plays every seed's champion, and keeps the episodes that `worth_showing` names.
 
     The same run gives the same episodes, in worlds that neither training nor scores ever saw.
@@ -99,25 +103,36 @@ def shown_episodes(run: Run, count: int = 20) -> list[Shown]:
     Raises:
         UserError: the environment's scene cannot be drawn; the line says why.
     """
+    return [_most_worth(played, count) for played in _played_episodes(run, run.config.seeds, count)]
+
+
+def episodes_of(run: Run, seed: int) -> Shown:
+    """All episodes of one seed's champion among which those on the page of the run are chosen.
+
+    Raises:
+        UserError: as for `shown_episodes`; the run has no such seed.
+    """
+    return next(_played_episodes(run, (seed,), SHOWN))
+
+
+def _played_episodes(run: Run, seeds: Sequence[int], least: int) -> Iterator[Shown]:
+    """Of each of some seeds all episodes, at least so many."""
     env = run.algorithm.env
     check_scene(env)
-    played = min(PLAYED, max(count, MOST_NUMBERS // (env.episode_length * _numbers_per_step(env))))
+    played = min(PLAYED, max(least, MOST_NUMBERS // (env.episode_length * _numbers_per_step(env))))
 
     def play(team: Team, seed: Array) -> Recording:
         key_start, key_rollout = jax.random.split(generation.stream(seed, generation.REPLAY))
         start = Start.draw(env, key_start, played)
         return record(env, Lineup.of_team(team, start), key_rollout)
 
-    champions, seeds = run.champions(), generation.seeds_of(run.config)
+    indices = [run.index_of(seed) for seed in seeds]
+    champions, of_all = run.champions(), generation.seeds_of(run.config)
     # One seed after the other: together they would take as many times the memory.
-    inputs = [
-        (jax.tree.map(lambda leaf, i=index: leaf[i], champions), seed) for index, seed in enumerate(seeds)
-    ]
+    inputs = [(jax.tree.map(lambda leaf, i=index: leaf[i], champions), of_all[index]) for index in indices]
     program = generation.compiled(play, *inputs[0])
-    return [
-        _shown(env, program(*given), seed, played, count)
-        for given, seed in zip(inputs, run.config.seeds, strict=True)
-    ]
+    for given, seed in zip(inputs, seeds, strict=True):
+        yield _played(env, program(*given), seed)
 
 
 def check_scene(env: Environment) -> None:
@@ -158,14 +173,22 @@ def worth_showing(
     return np.sort(np.concatenate([won[: count - n_lost], lost[:n_lost]]))
 
 
-def _shown(env: Environment, recording: Recording, seed: int, played: int, count: int) -> Shown:
+def _played(env: Environment, recording: Recording, seed: int) -> Shown:
     mask = np.asarray(recording.mask)
     returns = np.where(mask, np.asarray(recording.team_reward), 0.0).sum(1).astype(float)
     solved = None if env.success is None else (np.asarray(recording.terminated) & mask).any(1)
-    steps = mask.sum(1)
-    which = worth_showing(solved, returns, steps, count)
-    chosen = None if solved is None else solved[which]
-    return Shown(seed, played, which, returns[which], chosen, steps[which], recording.episodes(which))
+    return Shown(seed, len(mask), np.arange(len(mask)), returns, solved, mask.sum(1), recording)
+
+
+def _most_worth(played: Shown, count: int) -> Shown:
+    which = worth_showing(played.solved, played.returns, played.steps, count)
+    return played._replace(
+        number=played.number[which],
+        returns=played.returns[which],
+        solved=None if played.solved is None else played.solved[which],
+        steps=played.steps[which],
+        recording=played.recording.episodes(which),
+    )
 
 
 def _numbers_per_step(env: Environment) -> int:

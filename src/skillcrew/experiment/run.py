@@ -69,14 +69,22 @@ class Run:
         Raises:
             UserError: the run has no such seed, or no checkpoint.
         """
+        index = self.index_of(seed)
+        team = jax.tree.map(lambda leaf: leaf[index], self.champions())
+        types = self.algorithm.env.types
+        return TeamByType(team, types, self.algorithm.env.choices) if types else team
+
+    def index_of(self, seed: int) -> int:
+        """The place of a seed among those of the run.
+
+        Raises:
+            UserError: the run has no such seed.
+        """
         if seed not in self.config.seeds:
             raise UserError(
                 f"seed {seed}: not of this run, which has {', '.join(map(str, self.config.seeds))}"
             )
-        index = self.config.seeds.index(seed)
-        team = jax.tree.map(lambda leaf: leaf[index], self.champions())
-        types = self.algorithm.env.types
-        return TeamByType(team, types, self.algorithm.env.choices) if types else team
+        return self.config.seeds.index(seed)
 
     def evaluate(self, episodes: int = 1000) -> Evaluation:
         """Plays every seed's champion on fresh episodes, without exploration noise.

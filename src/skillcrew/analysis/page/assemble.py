@@ -35,8 +35,8 @@ def assemble(contents: Any, title: str) -> str:
     Args:
         contents: what `describe` made; any text in it is data, whatever it holds.
     """
-    style = "\n".join(_asset(name) for name in STYLES)
-    script = "\n".join(_asset(name) for name in SCRIPTS)
+    style = "\n".join(asset(name) for name in STYLES)
+    script = "\n".join(asset(name) for name in SCRIPTS)
     parts = {
         "POLICY": POLICY.format(script=_digest(script), style=_digest(style)),
         "TITLE": html.escape(title),
@@ -45,7 +45,7 @@ def assemble(contents: Any, title: str) -> str:
         "DATA": as_data(contents),
     }
     # At one go: what is put in is not looked through for places.
-    return re.sub(r"\{\{([A-Z]+)\}\}", lambda place: parts[place[1]], _asset("page.html"))
+    return re.sub(r"\{\{([A-Z]+)\}\}", lambda place: parts[place[1]], asset("page.html"))
 
 
 def as_data(contents: Any) -> str:
@@ -55,7 +55,8 @@ def as_data(contents: Any) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """The text of one of the page's own files."""
     return resources.files("skillcrew.analysis.page").joinpath("assets", name).read_text(encoding="utf-8")
 
 

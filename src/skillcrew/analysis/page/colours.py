@@ -1,8 +1,10 @@
-"""The page's colours: those of the figures, and what they are on a dark ground."""
+"""The page's and the films' colours: those of the figures, and what they are on a dark ground."""
 
+import re
 from collections.abc import Sequence
 
-from skillcrew.analysis.skill_figures import POI_COLOURS, skill_colours
+from skillcrew.analysis.page.assemble import asset
+from skillcrew.analysis.skill_figures import AGENT_COLOURS, POI_COLOURS, skill_colours
 
 LIGHTEN = 0.22
 """Share of white that a dark colour is mixed with to be seen on a dark ground."""
@@ -26,11 +28,24 @@ def on_dark(colour: str) -> str:
     return "#" + "".join(f"{channel:02x}" for channel in mixed)
 
 
+def light_ground() -> dict[str, str]:
+    """The colours of paper, text and lines on a light page, by the names that its style sheet gives them."""
+    first = asset("look.css").partition("}")[0]
+    return dict(re.findall(r"--([a-z]+): (#[0-9a-f]{6})", first))
+
+
+def colours_of_choices(skills: Sequence[str]) -> list[str]:
+    """A colour for each skill that agents choose among; grey where there is nothing to choose."""
+    return skill_colours(skills) if len(skills) > 1 else [AGENT_COLOURS[0]]
+
+
 def colours_of_kinds(kinds: Sequence[str], skills: Sequence[str]) -> dict[str, str]:
     """A colour for each kind of thing: that of the skill that leads there, else one that no skill has.
 
-    `go_to_poi_A` leads to the kinds "A" and "poi_A", `go_to_victim` to things called "victims".
+    `go_to_poi_A` leads to the kinds "A" and "poi_A", `go_to_victim` to things called "victims". Where nothing
+    is chosen, all colours are free.
     """
+    skills = skills if len(skills) > 1 else ()
     taken, chosen = skill_colours(skills), {}
     for kind in dict.fromkeys(kinds):
         there = [

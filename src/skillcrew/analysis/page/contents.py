@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Int, Real
 
 from skillcrew.analysis.curves import Curve
-from skillcrew.analysis.page.colours import both_grounds
+from skillcrew.analysis.page.colours import both_grounds, colours_of_choices
 from skillcrew.analysis.page.packing import pack, short
 from skillcrew.analysis.page.scenery import describe_scene, pack_episodes
-from skillcrew.analysis.skill_figures import AGENT_COLOURS, readable_skill, skill_colours
+from skillcrew.analysis.skill_figures import readable_skill
 from skillcrew.analysis.statistics import Band, skill_shares
 from skillcrew.envs.offers import OffersSkillTexts, offers, unwrapped
 from skillcrew.envs.padded import types_of_agents
@@ -131,7 +131,7 @@ def _run(one: RunContents) -> dict[str, Any]:
             {"seed": seed, **_shares(choices, len(skills))}
             for seed, choices in zip(evaluation.seeds, evaluation.choices, strict=True)
         ],
-        "scenery": None if scene is None else describe_scene(scene, skills if len(skills) > 1 else ()),
+        "scenery": None if scene is None else describe_scene(scene, skills),
         "replays": [pack_episodes(shown) for shown in one.shown],
         "steps": one.run.config.steps,
         "about": _about(one.run),
@@ -140,8 +140,7 @@ def _run(one: RunContents) -> dict[str, Any]:
 
 def _skills(env: Any, skills: Sequence[str]) -> list[dict[str, Any]]:
     texts = unwrapped(env).skill_texts if offers(env, OffersSkillTexts) else {}
-    # Where nothing is chosen, colours are left to what there is in the world.
-    colours = skill_colours(skills) if len(skills) > 1 else AGENT_COLOURS[:1]
+    colours = colours_of_choices(skills)
     return [
         {"name": readable_skill(name), "text": str(texts.get(name, "")), "colour": both_grounds(colour)}
         for name, colour in zip(skills, colours, strict=True)

@@ -21,15 +21,7 @@ ENDS_OF_LINES = {"x0": ("start", 0), "y0": ("start", 1), "x1": ("end", 0), "y1":
 
 def describe_scene(scene: Scene, skills: Sequence[str]) -> dict[str, Any]:
     """What stays the same throughout all episodes: the view, and each group's names and colours."""
-    groups = []
-    # Points first, so that theirs are the colours that nothing else has. Lines have that of text.
-    names = [
-        word
-        for group in (*scene.points, *scene.discs)
-        for word in (group.kinds or (group.name,))
-        if group.name not in ("agents", "sensors")
-    ]
-    colours = colours_of_kinds(names, skills)
+    groups, colours = [], colours_of_scene(scene, skills)
     for part in PARTS:
         for index, group in enumerate(getattr(scene, part)):
             about: dict[str, Any] = {"part": part, "arrays": f"{part}{index}"}
@@ -42,6 +34,18 @@ def describe_scene(scene: Scene, skills: Sequence[str]) -> dict[str, Any]:
             about |= {"name": group.name, "states": list(group.states), "kinds": kinds, "ofKinds": of_kinds}
             groups.append({**about, "colour": None if own is None else both_grounds(own)})
     return {"low": list(scene.low), "high": list(scene.high), "groups": groups}
+
+
+def colours_of_scene(scene: Scene, skills: Sequence[str]) -> dict[str, str]:
+    """A colour for each kind of thing, and for each group without kinds; lines have that of text."""
+    # Points first, so that theirs are the colours that nothing else has.
+    names = [
+        word
+        for group in (*scene.points, *scene.discs)
+        for word in (group.kinds or (group.name,))
+        if group.name not in ("agents", "sensors")
+    ]
+    return colours_of_kinds(names, skills)
 
 
 def pack_episodes(shown: Shown) -> dict[str, Any]:
@@ -82,12 +86,16 @@ def scene_arrays(scene: Scene, lasted: Int[np.ndarray, " episodes"]) -> dict[str
                 if (array := getattr(group, field, None)) is not None:
                     arrays[f"{part}{index}.{field}"] = whole(np.asarray(array))
             if getattr(group, "state", None) is not None:
-                arrays[f"{part}{index}.state"] = _states(f"{part}[{index}] ({group.name!r})", group)
+                arrays[f"{part}{index}.state"] = checked_states(f"{part}[{index}] ({group.name!r})", group)
     return {name: _held(_time_last(array), lasted) for name, array in arrays.items()}
 
 
-def _states(where: str, group: Any) -> np.ndarray:
-    """Indices of states, checked against their names."""
+def checked_states(where: str, group: Any) -> np.ndarray:
+    """Indices of a group's states, -1 for what is not to be drawn.
+
+    Raises:
+        UserError: one of them has no name.
+    """
     state = np.asarray(group.state)
     if group.states and state.max(initial=-1) >= len(group.states):
         raise UserError(
