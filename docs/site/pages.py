@@ -60,7 +60,7 @@ def dead_links():
     dead = []
     for page in pages():
         for to, anchor in links(page):
-            if not to.exists():
+            if not (to.exists() and to.is_relative_to(ROOT)):
                 dead.append(f"{page.relative_to(ROOT)}: there is no {os.path.relpath(to, ROOT)}")
             elif anchor and to.suffix == ".md" and anchor not in anchors(to):
                 dead.append(f"{page.relative_to(ROOT)}: {to.relative_to(ROOT)} has no #{anchor}")
