@@ -26,7 +26,8 @@ TEXTS = {".py": "python", ".pyi": "python", ".yaml": "yaml", ".json": "json", ".
 
 LINK = re.compile(r"(\]\()([^)\s#:]*)(#[^)\s]*)?(?=\))")
 CODE = re.compile(r"^( *```+).*?^\1`*$|`[^`\n]+`", re.DOTALL | re.MULTILINE)
-REFERENCE = re.compile(r"<!-- reference: (.*?) -->")
+NAMES = re.compile(r"^Names: (?:`[\w.]+`,?\s)+", re.MULTILINE)
+"""Whose docstrings the site shows in their place."""
 
 
 def gather():
@@ -107,7 +108,12 @@ def _for_the_site(page):
         return match[1] + os.path.relpath(address(to), Path(address(page)).parent) + (match[3] or "")
 
     text = LINK.sub(mended, page.read_text())
-    return REFERENCE.sub(lambda match: "\n\n".join(f"::: {name}" for name in match[1].split()), text)
+    return NAMES.sub(lambda match: "\n\n".join(f"::: {name}" for name in names(match[0])) + "\n", text)
+
+
+def names(text):
+    """The public names that a page of the reference lists."""
+    return [name for row in NAMES.findall(text) for name in re.findall(r"`([\w.]+)`", row)]
 
 
 def _inside(folder):

@@ -86,11 +86,8 @@ def test_folders_and_texts_become_pages(pages, tmp_path, monkeypatch):
 
 def test_the_reference_has_every_public_name(pages):
     public = re.findall(r"(\w+) as \1\b", (ROOT / "src" / "skillcrew" / "__init__.pyi").read_text())
-    named = [
-        name
-        for row in pages.REFERENCE.findall((ROOT / "docs" / "reference.md").read_text())
-        for name in row.split()
-    ]
+    texts = "".join(page.read_text() for page in (ROOT / "docs" / "reference").glob("*.md"))
+    named = pages.names(texts)
     assert len(named) == len(set(named))
     assert {f"skillcrew.{name}" for name in public} - set(named) == set()
 
