@@ -107,8 +107,18 @@ def _for_the_site(page):
             return match[0]
         return match[1] + os.path.relpath(address(to), Path(address(page)).parent) + (match[3] or "")
 
-    text = LINK.sub(mended, page.read_text())
+    text = _wider(LINK.sub(mended, page.read_text()))
     return NAMES.sub(lambda match: "\n\n".join(f"::: {name}" for name in names(match[0])) + "\n", text)
+
+
+def _wider(text):
+    """What belongs to a numbered item, by four spaces: GitHub asks for three."""
+    lines, numbered = [], False
+    for line in text.split("\n"):
+        if line and line[0] != " ":
+            numbered = bool(re.match(r"\d+\. ", line))
+        lines.append(f" {line}" if numbered and line.startswith("   ") else line)
+    return "\n".join(lines)
 
 
 def names(text):

@@ -63,6 +63,11 @@ def test_the_site_has_every_page_and_all_they_show(pages, tmp_path, monkeypatch)
             assert not link or (page.parent / link).is_file(), f"{page.relative_to(tmp_path)}: {link}"
 
 
+def test_what_belongs_to_a_numbered_item_stays_there(pages):
+    text = "1. One:\n   - a\n\n       code\n2. Two\n\n```\n   kept\n```\n- x\n   y"
+    assert pages._wider(text) == "1. One:\n    - a\n\n        code\n2. Two\n\n```\n   kept\n```\n- x\n   y"
+
+
 def test_folders_and_texts_become_pages(pages, tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "ROOT", tmp_path)
     monkeypatch.setattr(pages, "OUT", tmp_path / "out")
