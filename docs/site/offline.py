@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 SITE = Path(__file__).parents[2] / "build/site"
-SHIM = '<script src="https://unpkg.com/iframe-worker/shim" type="text/javascript"></script>'
+SHIM = re.compile(r'<script src="[^"]*/iframe-worker/shim"[^>]*></script>')
 """What the generator puts into pages that are read from files, for the worker that searches."""
 OURS = "site/worker.js"
 LOADS = re.compile(
@@ -19,8 +19,8 @@ def main():
     """Ours in the place of what comes from elsewhere; ends with a line for each thing that is left."""
     left = []
     for page in SITE.rglob("*.html"):
-        text = page.read_text()
-        mended = text.replace(SHIM, f'<script src="{os.path.relpath(SITE / OURS, page.parent)}"></script>')
+        ours = f'<script src="{os.path.relpath(SITE / OURS, page.parent)}"></script>'
+        mended = SHIM.sub(ours, page.read_text())
         page.write_text(mended)
         left += [f"{page.relative_to(SITE)} loads {address}" for address in LOADS.findall(mended)]
     for sheet in SITE.rglob("*.css"):

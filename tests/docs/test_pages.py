@@ -110,7 +110,8 @@ def test_a_site_that_loads_from_elsewhere_is_refused(tmp_path, monkeypatch):
     (tmp_path / "site" / "worker.js").touch()
     (tmp_path / "a").mkdir()
     page = tmp_path / "a" / "page.html"
-    page.write_text(f'<p>{offline.SHIM}<a href="https://docs.jax.dev">JAX</a><img src="near.png">')
+    shim = '<script src="https://far.example/iframe-worker/shim" type="text/javascript"></script>'
+    page.write_text(f'<p>{shim}<a href="https://docs.jax.dev">JAX</a><img src="near.png">')
     offline.main()
     assert f'src="{os.path.join("..", "site", "worker.js")}"' in page.read_text()
     page.write_text('<script async src="https://far.example/a.js"></script><link href=//far.example/b.css>')
