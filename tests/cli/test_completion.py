@@ -1,15 +1,20 @@
 """Completion, in the shells that are here."""
 
 import re
+import shlex
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
 from skillcrew.algorithms.registry import ALGORITHMS
 from skillcrew.cli.completion import script
 from skillcrew.cli.main import COMMANDS, run_command
+from skillcrew.cli.vocabulary import vocabulary
 from skillcrew.envs.rover.presets import PRESETS
+
+ROOT = Path(__file__).parents[2]
 
 IN_BASH = """
 source ./completion
@@ -95,3 +100,28 @@ def test_a_line_for_what_is_no_shell(capsys):
     assert "--now is too much" in capsys.readouterr().err
     assert run_command(["completion", "--help"]) == 0
     assert "completions/skillcrew" in capsys.readouterr().out
+
+
+def test_pages_use_no_word_that_is_not_there():
+    at = {key: options.split() for keys, options in vocabulary(COMMANDS).at.items() for key in keys}
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    lines = []
+    for page in pages:
+        text = page.read_text().replace("\\\n", " ")
+        blocks = re.findall(r"^```(\w*)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+        said = [line for kind, block in blocks if kind in ("", "sh") for line in block.splitlines()]
+        said += re.findall(r"`(skillcrew [^`\n]+)`", text)
+        words = [shlex.split(line, comments=True) for line in said if line.startswith("skillcrew ")]
+        lines += [(page.name, line) for line in words if len(line) > 1 and line[1] in COMMANDS]
+    assert len(lines) > 80
+    wrong = []
+    for page, (_, command, *words) in lines:
+        keys = [command, *(f"{command} {place} {word}" for place, word in enumerate(words[:2], start=2))]
+        known = {"--version", "--trust", *(option for key in keys for option in at.get(key, ()))}
+        for word in words:
+            option = word.split("=")[0]
+            # Of a world of one's own, nobody knows the options.
+            own = option.startswith("--environment.") and ":" in " ".join(words)
+            if word.startswith("--") and option not in known and not own:
+                wrong.append((page, command, word))
+    assert wrong == []
