@@ -9,13 +9,15 @@ WORKERS ?= 2
 CANDIDATES := $(or $(PYTHON),python3.13 python3.12 python3.11 python3)
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed.stamp
+DOCS_STAMP := $(VENV)/installed-docs.stamp
 
-.PHONY: help venv demo test lint format types layers unit harness bench fix
+.PHONY: help venv demo docs test lint format types layers unit harness bench fix
 
 help:
 	@echo "make demo    train MADyS on rover-t2-c1, five seeds, and write its report to runs/demo"
 	@echo "make test    all checks: lint format types layers unit (each is a target too)"
-	@echo "make harness damages run folders, kills and misuses the commands, at length; takes hours"
+	@echo "make docs    the documentation as a site in build/site, to be read offline"
+	@echo "make harness damages folders, kills, fills disks, misuses the commands, at length; takes hours"
 	@echo "make bench   environment steps per second, beside the peers that are installed"
 	@echo "make fix     apply what lint and format would complain about, where that is mechanical"
 	@echo "make venv    only make $(VENV) and install; every target above does that when needed"
@@ -49,6 +51,19 @@ $(STAMP): pyproject.toml $(wildcard constraints/*.txt)
 demo: $(STAMP)
 	$(BIN)/skillcrew train madys rover-t2-c1 --seeds 2000..2004 --steps 2e6 --out runs/demo
 
+$(DOCS_STAMP): $(STAMP)
+	@version=$$("$(BIN)/python" -c 'import sys; print("%d.%d" % sys.version_info[:2])'); \
+	echo "installing what builds the documentation into $(VENV)"; \
+	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check \
+	  --constraint constraints/python-$$version.txt --editable '.[docs]'; \
+	touch "$(DOCS_STAMP)"
+
+docs: $(DOCS_STAMP)
+	$(BIN)/python docs/site/pages.py
+	$(BIN)/zensical build --strict --clean
+	$(BIN)/python docs/site/offline.py
+	@echo "open build/site/index.html"
+
 test: lint format types layers unit
 
 lint: $(STAMP)
@@ -71,7 +86,9 @@ harness: $(STAMP)
 	@status=0; \
 	$(BIN)/python -m benchmarks.harness.damages || status=1; \
 	$(BIN)/python -m benchmarks.harness.kills || status=1; \
+	$(BIN)/python -m benchmarks.harness.disks || status=1; \
 	$(BIN)/python -m benchmarks.harness.inputs || status=1; \
+	$(BIN)/python -m benchmarks.harness.soak || status=1; \
 	exit $$status
 
 bench: $(STAMP)

@@ -9,7 +9,8 @@ from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
 from skillcrew.cli import check, compare, evaluate, render, report, reproduce, resume, train
 from skillcrew.cli.environments import with_environment
 from skillcrew.cli.main import COMMANDS
-from skillcrew.cli.options import _option_names
+from skillcrew.cli.options import option_names
+from skillcrew.cli.vocabulary import SHELLS
 from skillcrew.envs.registry import find
 from skillcrew.experiment.reproduction import FIGURES, SETS, STEPS
 
@@ -47,6 +48,7 @@ def _places(command: str, dice: random.Random) -> list[str]:
         "compare": [f"{algorithm},{dice.choice(list(ALGORITHMS))}", environment],
         "reproduce": [dice.choice([*FIGURES, *SETS, *STEPS])],
         "list": [],
+        "completion": [dice.choice(SHELLS)],
     }.get(command, ["run"])
     return [
         dice.choice(TEXTS) if dice.random() < 0.15 else mutated(word, dice) if dice.random() < 0.05 else word
@@ -73,7 +75,7 @@ def _names(command: str, *places: str) -> tuple[str, ...]:
     try:
         if command == "train":
             if places[0] == "--config":
-                return tuple(_option_names(train.FileOptions))
+                return tuple(option_names(train.FileOptions))
             kind, entry = algorithm_class(places[0]), find(places[1])
             options, _ = with_environment(train.RunOptions, entry, {"algorithm": kind.config_class()})
         elif command == "compare":
@@ -84,4 +86,4 @@ def _names(command: str, *places: str) -> tuple[str, ...]:
             options = OPTIONS[command]
     except Exception:
         return ("--json", "--steps", "--seeds", "--out")
-    return (*_option_names(options), "--help")
+    return (*option_names(options), "--help")

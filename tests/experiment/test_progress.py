@@ -10,6 +10,7 @@ from skillcrew.experiment import progress
 from skillcrew.experiment.progress import (
     LineReporter,
     LiveReporter,
+    SkillsDone,
     Summary,
     clock,
     human,
@@ -96,16 +97,40 @@ def test_logs_get_a_line_now_and_then(monkeypatch):
     assert 4 <= len(lines) - 1 <= 7, "every ten seconds and at the end"
     assert lines[1].startswith("1 k of 10 k steps, success 0.50 [") and "go_to_poi_A=2.50" in lines[1]
     assert "fitness best 0.60 mean 0.20" in lines[1] and lines[1].endswith("1:30 left")
+    assert "1 of 2 skills done, 200 steps/s" in lines[1]
     assert lines[-1].startswith("10 k of 10 k steps") and lines[-1].endswith("0:00 left")
     assert "\x1b" not in out.file.getvalue()
 
 
 def test_without_skills_nothing_is_said_of_their_returns():
     out = console(False)
-    metrics = {name: values for name, values in chunk(BUDGET).items() if not name.startswith("return_")}
+    of_skills = ("return_", "stopped_at_")
+    metrics = {name: values for name, values in chunk(BUDGET).items() if not name.startswith(of_skills)}
     LineReporter(out, BUDGET).update(metrics, 200.0)
     (line,) = out.file.getvalue().splitlines()
     assert "return" not in line and "mean 0.20, 200 steps/s" in line
+
+
+def test_when_skills_stopped_is_remembered():
+    skills = SkillsDone()
+    now = chunk(4000)
+    del now["stopped_at_go_to_poi_A"]
+    assert skills.said_after(now) == "", "an algorithm without skills"
+
+    def said(*by_skill):
+        stopped = {f"stopped_at_{k}": np.asarray([at] * 2).T for k, at in enumerate(by_skill)}
+        return skills.said_after({**now, **stopped})
+
+    assert said((-1, -1), (-1, -1)) == ""
+    assert said((3, -1), (-1, -1)) == "1 of 4 skills done"
+    assert said((3, -1), (3, -1)) == "2 of 4 skills done"
+    now["generation"] = now["generation"] + 2
+    now["environment_steps"] = now["environment_steps"] + 2000
+    assert said((3, 5), (3, 6)) == "skills done at 6 k", "the slowest seed's last skill"
+    now["generation"] = now["generation"] + 2
+    assert said((3, 5), (3, 6)) == "skills done at 6 k"
+    skills = SkillsDone()
+    assert said((3, 5), (3, 6)) == "skills done", "it stopped before this process began"
 
 
 def test_terminals_get_a_table():
@@ -119,6 +144,7 @@ def test_terminals_get_a_table():
     text = out.file.getvalue()
     for part in ("Compiled in 1.0 s.", "4 k of 10 k steps", "200 steps/s", "1:00 left", "40%"):
         assert part in text
+    assert "1 of 2 skills done" in text
     for part in ("2000: 0.30", "2001: 0.70", "0.50", "return of go_to_poi_A", "stopped in 1 of 2 seeds"):
         assert part in text
 

@@ -22,6 +22,7 @@ COMMANDS = {
     "compare": "train several algorithms in one environment: one figure, one table",
     "reproduce": "train and compare what the MADyS thesis compares, in its six configurations",
     "list": "algorithms, environments, skills and their options",
+    "completion": "a script that completes these words in bash, zsh or fish",
 }
 
 NO_MEMORY = (

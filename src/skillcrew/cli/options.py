@@ -86,17 +86,21 @@ def _refuse_unknown(kind: type, words: Sequence[str], program: str) -> None:
             raise UserError(f"unknown option {name}; nearest: {near} (`{program} --help` lists all)")
 
 
-def option_names(kind: Any, prefix: str = "") -> Iterator[str]:
-    """The options that a dataclass, and those inside it, become: `--learner.batch-size` and the like."""
+def option_names(kind: Any) -> Iterator[str]:
+    """All options of a dataclass, as they are written; a switch is there twice, on and off."""
+    return (name for name, _ in option_fields(kind))
+
+
+def option_fields(kind: Any, prefix: str = "--") -> Iterator[tuple[str, Any]]:
+    """The same with the types of the fields behind them."""
     for field in dataclasses.fields(kind):
-        name = prefix + field.name.replace("_", "-")
+        last = field.name.replace("_", "-")
         if dataclasses.is_dataclass(field.type) and isinstance(field.type, type):
-            yield from option_names(field.type, f"{name}.")
-        else:
-            yield f"--{name}"
-            if field.type is bool:
-                parent, _, last = name.rpartition(".")
-                yield f"--{parent}.no-{last}" if parent else f"--no-{last}"
+            yield from option_fields(field.type, f"{prefix}{last}.")
+            continue
+        yield f"{prefix}{last}", field.type
+        if field.type is bool:
+            yield f"{prefix}no-{last}", field.type
 
 
 def _rule(applies: Callable[[Any], bool], metavar: str, parse: Callable, show: Callable) -> None:

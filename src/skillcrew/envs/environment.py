@@ -64,9 +64,13 @@ class Environment(abc.ABC):
     name: str
     """What files, figures and messages call it. Default: the class's name, in lower case with hyphens."""
     n_agents: int
+    """How many act together."""
     observation_size: int
+    """Numbers that one agent sees."""
     action_size: int
+    """Numbers that one agent acts by, or actions that it chooses among; see `actions`."""
     episode_length: int
+    """Steps after which an episode is cut off."""
     config: Any
     """The options that it was made with, where it has a `config_class`."""
     skills: tuple[str, ...]

@@ -162,7 +162,7 @@ class Entry:
 
 def names() -> list[str]:
     """Every name that `find` knows, import paths aside; packages that cannot be imported are left out."""
-    return [name for domain in domains()[0] for name in _names(domain)]
+    return [name for domain in domains()[0] for name in names_of(domain)]
 
 
 def domains() -> tuple[list[Domain], dict[str, str]]:
@@ -190,7 +190,7 @@ def find(name: str) -> Entry:
     if colon and prefix in BRIDGES:
         return _bridged(BRIDGES[prefix], rest)
     for make in SHIPPED.values():
-        if name in _names(domain := make()):
+        if name in names_of(domain := make()):
             return _entry(domain, name)
     for entry, place in _entry_points():
         if entry == name:
@@ -199,9 +199,9 @@ def find(name: str) -> Entry:
         return _of_path(name)
     offered, broken = domains()
     for domain in offered:
-        if name in _names(domain):
+        if name in names_of(domain):
             return _entry(domain, name)
-    valid = [other for domain in offered for other in _names(domain)]
+    valid = [other for domain in offered for other in names_of(domain)]
     not_loaded = "".join(f"; {entry} fails to load: {why}" for entry, why in broken.items())
     near = ", ".join(nearest_first(name, valid))
     raise UserError(
@@ -231,7 +231,7 @@ def place_of(env: Any) -> str | None:
     """
     place = import_path(type(env))
     shipped = (make() for make in SHIPPED.values())
-    return None if any(place == one.place and env.name in _names(one) for one in shipped) else place
+    return None if any(place == one.place and env.name in names_of(one) for one in shipped) else place
 
 
 def is_offered(place: str) -> bool:
@@ -290,7 +290,8 @@ def _of_class(name: str, place: str) -> Domain:
     return Domain(name, place, kind.config_class, lambda: kind.presets, shipped=False)
 
 
-def _names(domain: Domain) -> list[str]:
+def names_of(domain: Domain) -> list[str]:
+    """What its configurations are called, of a package also the environment itself."""
     presets = list(domain.presets())
     return presets if domain.shipped else [domain.name, *presets]
 

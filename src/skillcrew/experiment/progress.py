@@ -87,12 +87,43 @@ class Summary:
         return self.score.number(value, decimals=2)
 
 
+class SkillsDone:
+    """When skills stopped learning, remembered from one report to the next."""
+
+    def __init__(self):
+        self._steps: dict[int, float] = {}
+
+    def said_after(self, metrics: Mapping[str, np.ndarray]) -> str:
+        """A word on it after a chunk's metrics [seeds, generations]; empty while all skills learn.
+
+        The environment steps are the slowest seed's, and left out where that stopped before the first report.
+        """
+        columns = [values for name, values in metrics.items() if name.startswith("stopped_at_")]
+        if not columns:
+            return ""
+        stopped = np.stack([np.asarray(values)[:, -1] for values in columns])
+        self._remember(metrics, stopped)
+        done = int((stopped >= 0).sum())
+        if done < stopped.size:
+            return f"{done} of {stopped.size} skills done" if done else ""
+        known = len(self._steps) == stopped.shape[1]
+        return f"skills done at {human(max(self._steps.values()))}" if known else "skills done"
+
+    def _remember(self, metrics: Mapping[str, np.ndarray], stopped: np.ndarray) -> None:
+        generations = np.asarray(metrics["generation"])
+        for seed in np.flatnonzero((stopped >= 0).all(0)):
+            here = np.flatnonzero(generations[seed] == stopped[:, seed].max())
+            if here.size:
+                self._steps.setdefault(int(seed), float(metrics["environment_steps"][seed][here[0]]))
+
+
 class LineReporter:
     """One line now and then, easy to keep in a log."""
 
     def __init__(self, console: Console, budget: int):
         self._console = console
         self._budget = budget
+        self._skills = SkillsDone()
         self._last = -float("inf")
 
     def note(self, line: str) -> None:
@@ -101,12 +132,13 @@ class LineReporter:
     def update(self, metrics: Mapping[str, np.ndarray], steps_per_second: float) -> None:
         now = time.monotonic()
         summary = Summary(metrics, self._budget, steps_per_second)
+        done = self._skills.said_after(metrics)
         if now - self._last < LINE_SECONDS and summary.steps < self._budget:
             return
         self._last = now
         # Algorithms without skills have none.
         returns = " ".join(f"{name}={value:.2f}" for name, value in summary.returns.items())
-        skills = f"returns {returns}, " if returns else ""
+        skills = (f"returns {returns}, " if returns else "") + (f"{done}, " if done else "")
         self._print(
             f"{human(summary.steps)} of {human(self._budget)} steps, "
             f"{summary.score.word} {summary.champion()}, "
@@ -126,6 +158,7 @@ class LiveReporter:
     def __init__(self, console: Console, budget: int, seeds: tuple[int, ...]):
         self._budget = budget
         self._seeds = seeds
+        self._skills = SkillsDone()
         self._bar = Progress(
             TextColumn("{task.description}"), BarColumn(None), TaskProgressColumn(), expand=True
         )
@@ -138,9 +171,10 @@ class LiveReporter:
 
     def update(self, metrics: Mapping[str, np.ndarray], steps_per_second: float) -> None:
         summary = Summary(metrics, self._budget, steps_per_second)
+        done = self._skills.said_after(metrics)
         label = (
-            f"{human(summary.steps)} of {human(self._budget)} steps, {human(steps_per_second)} steps/s, "
-            f"{clock(summary.seconds_left)} left"
+            f"{human(summary.steps)} of {human(self._budget)} steps, {f'{done}, ' if done else ''}"
+            f"{human(steps_per_second)} steps/s, {clock(summary.seconds_left)} left"
         )
         self._bar.update(self._task, completed=summary.steps, description=label)
         self._live.update(Group(self._table(summary), self._bar))

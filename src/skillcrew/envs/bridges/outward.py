@@ -37,7 +37,8 @@ def gymnasium_env(
     """An environment with a single agent as a Gymnasium `Env`.
 
     Args:
-        rewards, render_mode: as for `pettingzoo_env`.
+        rewards: as for `pettingzoo_env`.
+        render_mode: likewise.
 
     Raises:
         UserError: Gymnasium is not installed, more than one agent, an unknown skill, or no scene to draw.
