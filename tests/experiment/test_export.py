@@ -2,7 +2,6 @@
 
 import ast
 import functools
-import hashlib
 import json
 import os
 import shutil
@@ -16,6 +15,7 @@ import skillcrew as sc
 from experiment import tiny
 from experiment.exported import TEAMS, Subject, one_by_one, program_in, side_by_side, write
 from skillcrew.experiment.export import writing
+from skillcrew.experiment.export.description import digest
 from skillcrew.experiment.export.structure import taken_apart
 from skillcrew.experiment.export.writing import files_of
 
@@ -95,10 +95,12 @@ def other_tensors(folder, **arrays):
     path = folder / "team.safetensors"
     data = safetensors.numpy.save({**safetensors.numpy.load(path.read_bytes()), **arrays})
     path.write_bytes(data)
-    changed(lambda told: told.update(sha256=hashlib.sha256(data).hexdigest()))(folder)
+    changed(lambda told: told.update(sha256=digest(data, told["policy"])))(folder)
 
 
 BIAS = "policy/selectors/selector/network/network/biases/0"
+
+CONTRADICTION = {"kind": "Options", "size": 2, "continuous": True, "available": [[True]]}
 
 WRONG = {
     "cut off": (
@@ -109,7 +111,7 @@ WRONG = {
         lambda folder: (folder / "team.safetensors").write_bytes(
             (folder / "team.safetensors").read_bytes()[:-1] + b"\x7f"
         ),
-        r"team\.safetensors: damaged; export the team again",
+        r"team\.safetensors: damaged, or team\.json is; export the team again",
     ),
     "gone": (lambda folder: (folder / "team.safetensors").unlink(), r"team\.safetensors: missing"),
     "no description": (lambda folder: (folder / "team.json").unlink(), r"no exported team"),
@@ -119,6 +121,14 @@ WRONG = {
     "a stranger's class": (
         changed(lambda told: told["policy"].update(kind="os.system")),
         r"unknown kind in policy 'os\.system'; valid",
+    ),
+    "no word for a class": (
+        changed(lambda told: told["policy"].update(kind=["SkillTeam"])),
+        r"unknown kind in policy ",
+    ),
+    "another number": (
+        changed(lambda told: selector(told).update(episode_length=51)),
+        r"damaged, or team\.json is",
     ),
     "a field too many": (
         changed(lambda told: told["policy"].update(more=1)),
@@ -155,6 +165,10 @@ WRONG = {
     "no array": (
         changed(lambda told: network(told).update(weights=[1.5, 2.5])),
         r"policy/selectors/selector/network/network: is no MLP",
+    ),
+    "a class that does not take its fields": (
+        changed(lambda told: told["policy"].update(repertoire=[CONTRADICTION])),
+        r"its parts do not fit together",
     ),
     "too few agents": (
         changed(lambda told: told["policy"].update(n_agents=2)),

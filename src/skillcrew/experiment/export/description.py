@@ -99,9 +99,9 @@ def interface_in(description: Mapping[str, Any]) -> Interface:
     return Interface(*(_ports(description, place) for place in ("observation", "memory", "outputs")))
 
 
-def digest(data: bytes) -> str:
-    """By which damage is noticed."""
-    return hashlib.sha256(data).hexdigest()
+def digest(tensors: bytes, policy: Any) -> str:
+    """SHA-256 of all that a team is made of, by which damage is noticed."""
+    return hashlib.sha256(json.dumps(policy, sort_keys=True).encode() + tensors).hexdigest()
 
 
 def damaged(path: Path, how: str = "") -> UserError:

@@ -1,43 +1,54 @@
 """Whether what a file says of a team fits together, found out before anything is made of it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import equinox as eqx
 
 from skillcrew.errors import UserError
 from skillcrew.experiment.export.interface import Interface
-from skillcrew.experiment.export.structure import parts_of
+from skillcrew.experiment.export.structure import parts_of, put_together
 from skillcrew.policies.network import MLP
 from skillcrew.policies.timetable import Timetable
 
 Shape = tuple[int, ...]
 
 
-def check_fits(team: Any, interface: Interface) -> None:
+def check_fits(plain: Any, shapes: Mapping[str, Any], interface: Interface) -> None:
     """Refuses a team whose arrays contradict each other, or what its file says that it sees and does.
 
+    Nothing is computed, and no memory is taken.
+
     Args:
-        team: its arrays may be shapes alone; nothing is computed.
+        plain: its structure, which `shapes_in` has passed.
+        shapes: of its arrays, by name.
 
     Raises:
         UserError: the first contradiction.
     """
-    for name, part in parts_of(team):
-        for kind, expected in EXPECTED.items():
-            if type(part) is kind:
-                _check_shapes(name, part, expected)
-    try:
-        found = Interface.of(team, interface.observation_shapes())
-    # Whatever JAX raises of shapes that cannot be multiplied, and Python of what is no number.
-    except Exception as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise UserError(f"its parts do not fit together ({reason})") from error
+    found = _found(plain, shapes, interface)
     for said, true in zip(interface.all_ports, found.all_ports, strict=False):
         if said != true:
             raise UserError(f"{said.name} is {said.words}, and its arrays make it {true.words}")
     if len(interface.all_ports) != len(found.all_ports):
         raise UserError("it has another number of inputs and outputs than its arrays make")
+
+
+def _found(plain: Any, shapes: Mapping[str, Any], interface: Interface) -> Interface:
+    """What a team sees and does by its arrays."""
+    try:
+        team = put_together(plain, shapes)
+        for name, part in parts_of(team):
+            for kind, expected in EXPECTED.items():
+                if type(part) is kind:
+                    _check_shapes(name, part, expected)
+        return Interface.of(team, interface.observation_shapes())
+    except UserError:
+        raise
+    # Whatever JAX raises of shapes that cannot be multiplied, and Python of what is no number.
+    except Exception as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise UserError(f"its parts do not fit together ({reason})") from error
 
 
 def _check_shapes(name: str, part: Any, expected: Callable[[Any], list[tuple[str, Shape, Shape]]]) -> None:

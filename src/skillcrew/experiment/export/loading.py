@@ -39,15 +39,15 @@ def load_team(folder: Path | str) -> Team | TeamByType:
         if "policy" not in description:
             raise UserError("policy: is missing; export the team with safetensors among its formats")
         shapes = shapes_in(description["policy"])
-        check_fits(put_together(description["policy"], shapes), interface_in(description))
+        check_fits(description["policy"], shapes, interface_in(description))
     except UserError as error:
         raise UserError(f"{folder / DESCRIPTION}: {error}") from error
     if not tensors.is_file():
         raise UserError(f"{tensors}: missing; export the team again, or restore the file")
     _check_shapes(tensors, shapes)
     data = tensors.read_bytes()
-    if digest(data) != description.get("sha256"):
-        raise damaged(tensors)
+    if digest(data, description["policy"]) != description.get("sha256"):
+        raise damaged(tensors, f", or {DESCRIPTION} is")
     arrays = safetensors.numpy.load(data)
     return put_together(description["policy"], {name: jnp.asarray(arrays[name]) for name in shapes})
 

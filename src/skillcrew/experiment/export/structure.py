@@ -33,8 +33,8 @@ DTYPES = ("float32", "int32", "bool")
 LARGEST = 2**20
 """Of any number in a structure, such as the length of an axis."""
 
-MOST_NUMBERS = 2**28
-"""In one array."""
+MOST_AXES, MOST_NUMBERS = 8, 2**28
+"""Of one array."""
 
 ROOT = "policy"
 """What the names of all arrays begin with."""
@@ -87,7 +87,7 @@ def shape_of(plain: dict[str, Any], name: str) -> jax.ShapeDtypeStruct:
         raise UserError(f"{name}: an array needs a shape, and a dtype among {', '.join(DTYPES)}")
     if any(isinstance(length, bool) or not isinstance(length, int) or length < 0 for length in shape):
         raise UserError(f"{name}: its shape is {shape}, which are no lengths")
-    if math.prod(shape) > MOST_NUMBERS or max(shape, default=0) > LARGEST:
+    if len(shape) > MOST_AXES or max(shape, default=0) > LARGEST or math.prod(shape) > MOST_NUMBERS:
         raise UserError(f"{name}: its shape is {shape}, larger than in any team")
     return jax.ShapeDtypeStruct(tuple(shape), np.dtype(dtype))
 
@@ -98,6 +98,9 @@ def put_together(plain: Any, arrays: Mapping[str, Any]) -> Any:
     Args:
         plain: one that `shapes_in` has passed.
         arrays: by their names, or what stands for them.
+
+    Raises:
+        Exception: of any kind, where fields have values that their classes do not take.
     """
     return _put(plain, ROOT, lambda name: arrays[name])
 
@@ -133,9 +136,9 @@ def _walk(plain: Any, name: str) -> Iterator[tuple[str, jax.ShapeDtypeStruct | N
 
 
 def _check_fields(plain: dict[str, Any], name: str) -> None:
-    kind = plain["kind"]
+    kind = str(plain["kind"])
     if kind not in KINDS:
-        raise unknown_name(f"kind in {name}", str(kind), KINDS)
+        raise unknown_name(f"kind in {name}", kind, KINDS)
     fields = {field.name for field in dataclasses.fields(KINDS[kind])}
     if fields != set(plain) - {"kind"}:
         raise UserError(f"{name}: a {kind} needs the fields {', '.join(sorted(fields))}, and no others")
@@ -149,7 +152,7 @@ def _put(plain: Any, name: str, array: Callable[[str], Any]) -> Any:
     if "kind" not in plain:
         return array(name)
     fields = {field: _put(own, f"{name}/{field}", array) for field, own in plain.items() if field != "kind"}
-    kind = KINDS[plain["kind"]]
+    kind = KINDS[str(plain["kind"])]
     if not issubclass(kind, eqx.Module):
         return kind(**fields)
     # As Equinox does it for trees that were mapped: weights have leading axes that no `__init__` knows.

@@ -105,7 +105,7 @@ def files_of(
     if "safetensors" in formats:
         tensors = safetensors.numpy.save(_tensors(weights, program, start))
         files |= {description.TENSORS: tensors, description.PROGRAM: _as_json(program)}
-        said |= {"sha256": description.digest(tensors), "policy": structure}
+        said |= {"sha256": description.digest(tensors, structure), "policy": structure}
     if "stablehlo" in formats:
         files[description.STABLEHLO] = stablehlo(team, interface, bool(program.draws))
     if "onnx" in formats:
