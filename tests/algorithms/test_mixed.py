@@ -9,6 +9,7 @@ import skillcrew as sc
 from oracles.mixed import LENGTH, SKILLS, Mixed, MixedDiscrete
 from skillcrew.algorithms.registry import ALGORITHMS
 from skillcrew.algorithms.repertoire import Repertoire
+from skillcrew.experiment.export.structure import taken_apart
 from skillcrew.learners.dqn import DQNConfig
 from skillcrew.learners.td3 import TD3Config
 from skillcrew.replay import ReplayBuffer, Transitions
@@ -28,6 +29,9 @@ def test_everybody_steps(name):
         assert "fitness_best" in metrics
         # A first state of other types, weak ones included, would have a step compiled twice.
         assert jax.tree.map(signature, after) == jax.tree.map(signature, before)
+        # A team of another make could not be exported.
+        team = jax.eval_shape(algorithm.team, after)
+        assert taken_apart(jax.tree.map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), team))
 
 
 def signature(leaf):
