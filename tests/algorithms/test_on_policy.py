@@ -1,7 +1,6 @@
 """IPPO, MAPPO, COMA and LIIR as algorithms: what agents decide among, are paid, and learn."""
 
 import functools
-from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -15,6 +14,7 @@ from oracles.mixed import SKILLS, Mixed
 from oracles.picking import LENGTH, Picking
 from oracles.refusals import refusal, unhooked
 from oracles.toy import Toy
+from oracles.training import trained
 from skillcrew.algorithms import on_policy, ppo
 from skillcrew.algorithms.registry import algorithm_class
 from skillcrew.rollout import Lineup, Start, rollout
@@ -30,17 +30,6 @@ def learner(name: str, **fields: Any) -> dict[str, Any]:
     kinds = {"coma": sc.COMALearnerConfig, "liir": sc.LIIRLearnerConfig}
     section = name if name in kinds else "ppo"
     return {section: kinds.get(name, sc.PPOConfig)(**fields)}
-
-
-def trained(algorithm: Any, generations: int, then: Callable[[Any], Any]) -> tuple[Any, dict]:
-    """What comes of the state after some generations, and their metrics; all of it is one program."""
-
-    def run(key):
-        step, state = lambda state, _: algorithm.step(state), algorithm.init(key)
-        state, metrics = jax.lax.scan(step, state, length=generations)
-        return then(state), metrics
-
-    return jax.jit(run)(jax.random.key(0))
 
 
 def episodes_of(algorithm: Any, state: Any, worlds: int) -> tuple[Any, Any]:
