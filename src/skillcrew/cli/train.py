@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
-from skillcrew.cli.arguments import Seeds
+from skillcrew.cli.arguments import Seeds, TrackerNames
 from skillcrew.cli.conclusion import run_and_report
 from skillcrew.cli.environments import configured, environment_names, with_environment
 from skillcrew.cli.options import parse_options
@@ -15,9 +15,11 @@ from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig, from_yaml
 from skillcrew.experiment.progress import make_reporter
 from skillcrew.experiment.run import free_folder, train
+from skillcrew.experiment.trackers.tracking import Tracking
 
 DEFAULTS = RunConfig()
 DEFAULT_SEEDS = Seeds(DEFAULTS.seeds)
+NO_TRACKERS = TrackerNames()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,6 +51,9 @@ class RunOptions:
     last checkpoint to go on from there by other random numbers, a few times."""
     save_buffer: bool = DEFAULTS.save_buffer
     """Keep the replay buffer in checkpoints; without, they are small but a resumed run differs."""
+
+    trackers: TrackerNames = NO_TRACKERS
+    """Who keeps a record beside the run's own files: tensorboard, wandb or both (extra `tracking`)."""
 
     quiet: bool = False
     """No progress: the final score and errors alone."""
@@ -111,8 +116,11 @@ def train_and_report(algorithm: Any, options: RunOptions) -> int:
         f"environment steps each, into {out}"
     )
     return run_and_report(
-        lambda: train(algorithm, options.seeds, options.steps, out, reporter, **options.run_config()),
+        lambda tracking: train(
+            algorithm, options.seeds, options.steps, out, reporter, tracking, **options.run_config()
+        ),
         reporter,
+        lambda: Tracking(options.trackers, reporter.note),
         str(out),
         options.report_episodes,
     )
