@@ -98,11 +98,9 @@ def _train_from_file(words: list[str]) -> int:
     if not words:
         raise UserError("train --config: name a configuration file, such as a run folder's config.yaml")
     algorithm, config = from_yaml(Path(words[0]), trust="--trust" in words)
-    default = FileOptions(
-        Seeds(config.seeds),
-        config.steps,
-        **{name: getattr(config, name) for name in RunOptions().run_config()},
-    )
+    fields: dict[str, Any] = {name: getattr(config, name) for name in RunOptions().run_config()}
+    fields["trackers"] = TrackerNames(config.trackers)
+    default = FileOptions(Seeds(config.seeds), config.steps, **fields)
     options = parse_options(FileOptions, words[1:], default, ("train", "--config", "FILE"), usage())
     return train_and_report(algorithm, options)
 
