@@ -66,3 +66,15 @@ def test_who_is_not_logged_in_is_told_before_anything_is_made(stub):
         Tracking(("wandb",), pytest.fail)
     stub.MODE[0] = "offline"
     Tracking(("wandb",), pytest.fail)
+
+
+def test_a_key_that_is_none_is_told_in_one_line(stub, monkeypatch):
+    def login(prompt, verify):
+        raise ValueError("API key must have 40+ characters")
+
+    monkeypatch.setattr(stub, "login", login)
+    with pytest.raises(sc.UserError, match="wandb cannot be used here: API key must have 40"):
+        Tracking(("wandb",), pytest.fail)
+    notes = []
+    Tracking(("wandb",), notes.append, required=False)
+    assert len(notes) == 1 and "The run goes on without this record" in notes[0]

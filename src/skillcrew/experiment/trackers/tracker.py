@@ -71,8 +71,17 @@ def tracker_class(name: str) -> type[Tracker]:
     if found is None or found.origin is None:
         raise UserError(f"trackers: {name} is not installed; pip install 'skillcrew[tracking]'")
     module, _, kind = TRACKERS[name].partition(":")
-    tracker: type[Tracker] = getattr(importlib.import_module(module), kind)
-    tracker.check()
+    try:
+        tracker: type[Tracker] = getattr(importlib.import_module(module), kind)
+        tracker.check()
+    except UserError:
+        raise
+    # Versions that do not fit each other, a key that is none, a server that is none: whatever it may be.
+    except Exception as error:
+        reason = str(error).strip() or type(error).__name__
+        raise UserError(
+            f"trackers: {name} cannot be used here: {reason}; mend that, or leave it out"
+        ) from error
     return tracker
 
 
