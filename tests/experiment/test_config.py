@@ -93,7 +93,7 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
             race=altered(RaceConfig(), finalists=0),
         ),
     )
-    run = RunConfig((7, 5, 2004), 1234, 9, 3, 0.5, 4, False, 7.5, "USR1", "roll-back")
+    run = RunConfig((7, 5, 2004), 1234, 9, 3, 0.5, 4, False, 7.5, "USR1", "roll-back", ("wandb",))
     for config, default in ((env.config, sc.RoverConfig()), (algorithm.config, sc.MADySConfig())):
         for field in dataclasses.fields(default):
             # These exclude others; they are in presets.

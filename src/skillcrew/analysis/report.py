@@ -24,6 +24,7 @@ from skillcrew.experiment.run import Run
 from skillcrew.experiment.score import RETURN, Score, score_of
 
 PAGE = "report.html"
+CURVE = "learning_curve"
 
 
 def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -> list[Path]:
@@ -74,15 +75,31 @@ def write_reports(runs: Sequence[Run], evaluations: Sequence[Evaluation], folder
 def write_figures(run: Run, evaluation: Evaluation, folder: Path) -> list[Path]:
     """Draws the learning curve and the chosen skills as PNG and PDF; writes the scores, which come last."""
     title = _title(run)
-    written = save(learning_curves([learning_curve(run)], title), folder / "learning_curve")
+    written = save(learning_curves([learning_curve(run)], title), folder / CURVE)
     for seed, choices, reached in zip(evaluation.seeds, evaluation.choices, evaluation.per_seed, strict=True):
         heading = f"{title}, seed {seed}: {_said(evaluation, reached.mean)}"
         figure = skill_distribution(choices, run.algorithm.choices(), heading)
-        written += save(figure, folder / f"chosen_skills_seed_{seed}")
+        written += save(figure, folder / _skills_of(seed))
     scores = json.dumps(evaluation.as_dict(), indent=1) + "\n"
     scores_file = folder / run.folder.scores.name
     write_whole(scores_file, lambda path: path.write_text(scores))
     return [*written, scores_file]
+
+
+def seed_figures(run: Run) -> dict[int, dict[str, Path]]:
+    """The figures that `write_report` drew last, as PNG: for each seed, by name."""
+    folder = run.folder.report
+    return {
+        seed: {
+            "learning_curve": folder / f"{CURVE}.png",
+            "chosen_skills": folder / f"{_skills_of(seed)}.png",
+        }
+        for seed in run.config.seeds
+    }
+
+
+def _skills_of(seed: int) -> str:
+    return f"chosen_skills_seed_{seed}"
 
 
 def _title(run: Run) -> str:

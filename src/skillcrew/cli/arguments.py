@@ -9,6 +9,7 @@ import yaml
 
 from skillcrew.envs.bridges.host_config import Argument
 from skillcrew.errors import UserError
+from skillcrew.experiment.trackers.names import check_names
 
 MOST_SEEDS = 1000
 """More in one program is a slip of the keyboard."""
@@ -16,6 +17,26 @@ MOST_SEEDS = 1000
 
 class Seeds(tuple[int, ...]):
     """Seeds as the command line writes them."""
+
+
+class TrackerNames(tuple[str, ...]):
+    """Trackers as the command line writes them."""
+
+
+def parse_trackers(text: str) -> TrackerNames:
+    """`tensorboard,wandb`; `none` for none.
+
+    Raises:
+        UserError: none of these.
+    """
+    names = TrackerNames(() if text == "none" else text.split(","))
+    check_names(names)
+    return names
+
+
+def format_trackers(names: Sequence[str] | None) -> str:
+    """The inverse of `parse_trackers`; what nobody has given has no words."""
+    return "None" if names is None else ",".join(names) or "none"
 
 
 def parse_count(text: str) -> int:

@@ -15,16 +15,19 @@ from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, Pri
 
 from skillcrew.cli.arguments import (
     Seeds,
+    TrackerNames,
     format_arguments,
     format_groups,
     format_parents,
     format_skills,
+    format_trackers,
     parse_arguments,
     parse_count,
     parse_groups,
     parse_parents,
     parse_seeds,
     parse_skills,
+    parse_trackers,
 )
 from skillcrew.cli.things import format_things, parse_things
 from skillcrew.envs.bridges.host_config import Argument, SkillReward
@@ -143,6 +146,12 @@ _rule(
     "COUNT|FIRST..LAST|A,B,C",
     parse_seeds,
     lambda seeds: ",".join(map(str, seeds)),
+)
+_rule(
+    lambda kind: kind in (TrackerNames, TrackerNames | None),
+    "tensorboard,wandb|none",
+    parse_trackers,
+    format_trackers,
 )
 _rule(
     lambda kind: kind == Mapping[str, tuple[str, ...]],

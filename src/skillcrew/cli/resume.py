@@ -3,11 +3,13 @@
 import dataclasses
 from typing import Literal
 
+from skillcrew.cli.arguments import TrackerNames
 from skillcrew.cli.conclusion import run_and_report
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
 from skillcrew.experiment.progress import make_reporter
 from skillcrew.experiment.run import Run
+from skillcrew.experiment.trackers.tracking import Tracking
 
 USAGE = (
     "usage: skillcrew resume RUN [OPTIONS]\n\n"
@@ -30,6 +32,8 @@ class ResumeOptions:
     """A further signal on which it saves and stops, such as USR1. Default: the run's own."""
     on_bad_numbers: Literal["stop", "roll-back"] | None = None
     """What happens where a number is not finite; see `skillcrew train`. Default: the run's own."""
+    trackers: TrackerNames | None = None
+    """Who keeps a record, or none, from now on; earlier rows are added. Default: the run's own."""
     trust: bool = False
     """Import the environment's class from wherever the folder says: that runs its code."""
     report_episodes: int = 1000
@@ -48,11 +52,16 @@ def run(words: list[str]) -> int:
     unfinished = Run(places[0], checkpoint=options.checkpoint, trust=options.trust)
     budget = options.steps or unfinished.config.steps
     reporter = make_reporter(budget, unfinished.config.seeds, quiet=options.quiet)
-    given = {name: getattr(options, name) for name in ("max_seconds", "warning_signal", "on_bad_numbers")}
+    given = {
+        name: getattr(options, name)
+        for name in ("max_seconds", "warning_signal", "on_bad_numbers", "trackers")
+    }
     session = {name: value for name, value in given.items() if value is not None}
+    names = session.get("trackers", unfinished.config.trackers)
     return run_and_report(
-        lambda: unfinished.resume(options.steps, reporter, **session),
+        lambda tracking: unfinished.resume(options.steps, reporter, tracking, **session),
         reporter,
+        lambda: Tracking(names, reporter.note, required="trackers" in session),
         places[0],
         options.report_episodes,
     )

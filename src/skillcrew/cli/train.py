@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
-from skillcrew.cli.arguments import Seeds
+from skillcrew.cli.arguments import Seeds, TrackerNames
 from skillcrew.cli.conclusion import run_and_report
 from skillcrew.cli.environments import configured, environment_names, with_environment
 from skillcrew.cli.options import parse_options
@@ -15,9 +15,11 @@ from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig, from_yaml
 from skillcrew.experiment.progress import make_reporter
 from skillcrew.experiment.run import free_folder, train
+from skillcrew.experiment.trackers.tracking import Tracking
 
 DEFAULTS = RunConfig()
 DEFAULT_SEEDS = Seeds(DEFAULTS.seeds)
+NO_TRACKERS = TrackerNames()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,6 +51,9 @@ class RunOptions:
     last checkpoint to go on from there by other random numbers, a few times."""
     save_buffer: bool = DEFAULTS.save_buffer
     """Keep the replay buffer in checkpoints; without, they are small but a resumed run differs."""
+
+    trackers: TrackerNames = NO_TRACKERS
+    """Who keeps a record beside the run's own files: tensorboard, wandb or both (extra `tracking`)."""
 
     quiet: bool = False
     """No progress: the final score and errors alone."""
@@ -93,11 +98,9 @@ def _train_from_file(words: list[str]) -> int:
     if not words:
         raise UserError("train --config: name a configuration file, such as a run folder's config.yaml")
     algorithm, config = from_yaml(Path(words[0]), trust="--trust" in words)
-    default = FileOptions(
-        Seeds(config.seeds),
-        config.steps,
-        **{name: getattr(config, name) for name in RunOptions().run_config()},
-    )
+    fields: dict[str, Any] = {name: getattr(config, name) for name in RunOptions().run_config()}
+    fields["trackers"] = TrackerNames(config.trackers)
+    default = FileOptions(Seeds(config.seeds), config.steps, **fields)
     options = parse_options(FileOptions, words[1:], default, ("train", "--config", "FILE"), usage())
     return train_and_report(algorithm, options)
 
@@ -111,8 +114,11 @@ def train_and_report(algorithm: Any, options: RunOptions) -> int:
         f"environment steps each, into {out}"
     )
     return run_and_report(
-        lambda: train(algorithm, options.seeds, options.steps, out, reporter, **options.run_config()),
+        lambda tracking: train(
+            algorithm, options.seeds, options.steps, out, reporter, tracking, **options.run_config()
+        ),
         reporter,
+        lambda: Tracking(options.trackers, reporter.note),
         str(out),
         options.report_episodes,
     )

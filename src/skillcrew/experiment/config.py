@@ -13,6 +13,7 @@ from skillcrew.envs import registry
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.experiment.interrupts import signal_of
+from skillcrew.experiment.trackers.names import check_names
 from skillcrew.experiment.yaml_files import read_yaml
 
 MOST_STEPS = 2_000_000_000
@@ -50,6 +51,9 @@ class RunConfig:
     """What happens where a number is not finite: "stop", which says where it came from, or "roll-back" to the
     last checkpoint to go on from there by other random numbers, a few times."""
 
+    trackers: tuple[str, ...] = ()
+    """Who keeps a record beside the run's own files: "tensorboard", "wandb", or both."""
+
     def __post_init__(self) -> None:
         if self.on_bad_numbers not in ("stop", "roll-back"):
             raise unknown_name("on_bad_numbers", self.on_bad_numbers, ("stop", "roll-back"))
@@ -57,6 +61,7 @@ class RunConfig:
             raise UserError(f"max_seconds = {self.max_seconds}: give a positive number")
         if self.warning_signal is not None:
             signal_of(self.warning_signal)
+        check_names(self.trackers)
         if not self.seeds or len(set(self.seeds)) != len(self.seeds):
             raise UserError(f"seeds = {list(self.seeds)}: give at least one, and each once")
         if min(self.seeds) < 0 or max(self.seeds) >= 2**32:

@@ -23,6 +23,7 @@ metrics.parquet    one row per seed and generation (pandas, polars, R and DuckDB
 timing.json        seconds spent on compiling and on running, environment steps per second
 checkpoints/       everything that the run goes on from, by generation: the latest and the best
 report/            report.html to look at; learning curve and chosen skills, as PNG and PDF; scores
+tensorboard/       where that was asked for, a record for TensorBoard; wandb/ one for Weights & Biases
 environment.txt    versions, device and command
 owner.lock         held by the process that trains here
 digests.json       of config.yaml and metrics.parquet, so that damage is noticed; checkpoints have theirs

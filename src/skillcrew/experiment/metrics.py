@@ -55,6 +55,12 @@ class MetricsLog:
         order = np.lexsort((joined["generation"], of_row))
         return {name: values[order] for name, values in joined.items()}
 
+    def after(self, generation: int) -> Columns:
+        """The rows after a generation, in the same order; nothing at all where there are none."""
+        columns = self.columns() if self._parts else {"generation": np.zeros(0, np.int64)}
+        new = columns["generation"] > generation
+        return {name: values[new] for name, values in columns.items()} if new.any() else {}
+
     def write(self, path: Path) -> None:
         """Replaces the file at once."""
         table = pa.table(self.columns())

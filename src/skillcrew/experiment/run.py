@@ -22,6 +22,7 @@ from skillcrew.experiment.metrics import Columns, read_metrics
 from skillcrew.experiment.ownership import owned
 from skillcrew.experiment.progress import Reporter, SilentReporter
 from skillcrew.experiment.runner import Runner
+from skillcrew.experiment.trackers.tracking import Tracking, lent
 from skillcrew.policies.team import Team
 from skillcrew.policies.team_by_type import TeamByType
 
@@ -113,7 +114,11 @@ class Run:
         )
 
     def resume(
-        self, steps: float | int | None = None, reporter: Reporter | None = None, **session: Any
+        self,
+        steps: float | int | None = None,
+        reporter: Reporter | None = None,
+        tracking: Tracking | None = None,
+        **session: Any,
     ) -> "Run":
         """Goes on from the latest checkpoint, to the same bits as if never interrupted.
 
@@ -121,7 +126,9 @@ class Run:
             steps: a larger budget than the run had, to train on. What a seed lived beyond its old
                 budget kept no champion of its own: if the new budget ends within that, the old
                 budget's champion stays.
-            session: another `max_seconds`, `warning_signal` or `on_bad_numbers` than the run has had.
+            tracking: what goes on with its records and stays open; by default that of its trackers, of which
+                those that are not installed here are left out.
+            session: another `max_seconds`, `warning_signal`, `on_bad_numbers` or `trackers` than it has had.
 
         Raises:
             UserError: no or damaged checkpoints, another process trains in the folder, or it cannot be
@@ -135,13 +142,19 @@ class Run:
             if config.steps < self.config.steps:
                 raise UserError(f"steps = {config.steps}: less than the run's budget of {self.config.steps}")
         device_memory.check(memory.estimate(self.algorithm, config))
-        runner = Runner(self.algorithm, config, self.folder, reporter or SilentReporter())
-        with owned(self.folder.path):
+        reporter = reporter or SilentReporter()
+        required = "trackers" in session
+        with (
+            lent(tracking, config.trackers, reporter.note, required) as tracking,
+            owned(self.folder.path),
+        ):
+            runner = Runner(self.algorithm, config, self.folder, reporter, tracking)
             state = runner.restore(self._checkpoint)
+            text = to_yaml(self.algorithm, config)
             if config != self.config:
-                text = to_yaml(self.algorithm, config)
                 write_known(self.folder.config, lambda path: path.write_text(text))
             self.config = config
+            tracking.open(self.folder.path, text, config.seeds)
             self._champions = runner.run(state).team
         return self
 
@@ -159,6 +172,7 @@ def train(
     steps: float | int = 2e6,
     out: Path | str | None = None,
     reporter: Reporter | None = None,
+    tracking: Tracking | None = None,
     **options: Any,
 ) -> Run:
     """Trains one run per seed, all in one program, into a new folder.
@@ -168,11 +182,12 @@ def train(
         seeds: how many (0, 1, …), or which.
         steps: environment steps per seed.
         out: the run's folder; by default `runs/<algorithm>-<environment>`, numbered if it exists.
+        tracking: what keeps records and stays open; by default that of `trackers`, one of the options.
         options: other fields of `RunConfig`.
 
     Raises:
-        UserError: a value out of range, an existing folder, too little memory, a disk that
-            cannot be written.
+        UserError: a value out of range, an existing folder, too little memory, a tracker that is not
+            installed, a disk that cannot be written.
         Interrupted: on Ctrl-C, after saving.
     """
     chosen = tuple(range(seeds)) if isinstance(seeds, int) else tuple(seeds)
@@ -184,11 +199,13 @@ def train(
         f"Needs about {device_memory.in_gib(needed)} of memory, of {device_memory.in_gib(free)} free."
     )
     device_memory.check(needed)
-    folder = RunFolder(out if out is not None else free_folder(algorithm))
-    folder.create(to_yaml(algorithm, config))
-    runner = Runner(algorithm, config, folder, reporter)
-    with owned(folder.path):
-        champions = runner.run(runner.start()).team
+    folder, text = RunFolder(out if out is not None else free_folder(algorithm)), to_yaml(algorithm, config)
+    with lent(tracking, config.trackers, reporter.note) as tracking:
+        folder.create(text)
+        runner = Runner(algorithm, config, folder, reporter, tracking)
+        with owned(folder.path):
+            tracking.open(folder.path, text, config.seeds)
+            champions = runner.run(runner.start()).team
     return Run(folder.path, algorithm.env, champions=champions)
 
 

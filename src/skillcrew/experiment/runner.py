@@ -25,6 +25,7 @@ from skillcrew.experiment.metrics import MetricsLog, read_metrics
 from skillcrew.experiment.progress import Reporter
 from skillcrew.experiment.score import score_of
 from skillcrew.experiment.session import Session
+from skillcrew.experiment.trackers.tracking import Tracking
 from skillcrew.policies.team import Team
 
 MOST_ROLL_BACKS = 3
@@ -43,13 +44,22 @@ class Runner:
         config: of the run; `steps` may be more than it was before.
         folder: exists already.
         reporter: told about progress.
+        tracking: told what is saved; by default nobody is.
     """
 
-    def __init__(self, algorithm: Algorithm, config: RunConfig, folder: RunFolder, reporter: Reporter):
+    def __init__(
+        self,
+        algorithm: Algorithm,
+        config: RunConfig,
+        folder: RunFolder,
+        reporter: Reporter,
+        tracking: Tracking | None = None,
+    ):
         self.algorithm = algorithm
         self.config = config
         self.folder = folder
         self.reporter = reporter
+        self._tracking = tracking or Tracking((), reporter.note)
         self._log = MetricsLog(config.seeds)
         self._rolled_back = 0
         self._checkpoints = Checkpoints(folder.checkpoints, config.keep)
@@ -115,6 +125,8 @@ class Runner:
             UserError: the disk has no room for a checkpoint, said before anything is compiled, or filled up;
                 or a number is not finite.
         """
+        # What a record has not: it is new, or what was to go there failed.
+        self._tracking.record(self._log)
         if self._done(state):
             self.reporter.note("Nothing to do: every seed has lived its budget of steps.")
             return state
@@ -206,6 +218,8 @@ class Runner:
         reached = int(np.asarray(state.generation)[0])
         score = float(metrics[score_of(self.algorithm.env).key].mean())
         self._checkpoints.save(reached, state, score, self.config.save_buffer)
+        # Records last: what they have is never lived again.
+        self._tracking.record(self._log)
         self._rolled_back = 0
 
     def _done(self, state: RunState) -> bool:
