@@ -45,7 +45,7 @@ $(STAMP): pyproject.toml $(wildcard constraints/*.txt)
 	version=$$("$(BIN)/python" -c 'import sys; print("%d.%d" % sys.version_info[:2])'); \
 	echo "installing skillcrew into $(VENV), Python $$version"; \
 	"$(BIN)/python" -m pip install --quiet --disable-pip-version-check \
-	  --constraint constraints/python-$$version.txt --editable '.[dev,evolution,interop]'; \
+	  --constraint constraints/python-$$version.txt --editable '.[dev,evolution,interop,onnx]'; \
 	touch "$(STAMP)"
 
 demo: $(STAMP)

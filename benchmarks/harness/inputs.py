@@ -21,26 +21,21 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Generator
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
-import numpy as np
 import yaml
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
 from benchmarks.harness.command_lines import draw_words
-from benchmarks.harness.damages import contents, no_drawing
+from benchmarks.harness.damages import contents
 from benchmarks.harness.hostile_files import draw_config, draw_metrics
 from benchmarks.harness.hostile_folders import draw_folder
 from benchmarks.harness.sandbox import CANARY, Watch
-from benchmarks.harness.sharing import shared_programs
+from benchmarks.harness.shortcuts import no_checkpoints, no_training
 from benchmarks.harness.subject import conclude, train_subject
 from benchmarks.harness.watching import Outcome, observe
-
-from skillcrew.experiment.evaluation import Evaluation
 
 SECONDS = 10
 LONGEST_LINE = 2000
@@ -205,49 +200,6 @@ def _wrong(given: Input, outcome: Outcome, noted: list[str]) -> str:
     if any("\r" in line for line in ours):
         return f"words: {outcome.err!r}"
     return ""
-
-
-def done(*_: Any, **__: Any) -> None:
-    """Stands in for work that is left out."""
-    raise SystemExit(0)
-
-
-@contextlib.contextmanager
-def no_checkpoints() -> Generator[None]:
-    """Ends a command with exit code 0 where it would read a checkpoint."""
-    with (
-        mock.patch("skillcrew.experiment.runner.Runner.restore", done),
-        mock.patch("skillcrew.experiment.runner.Runner.champions", done),
-    ):
-        yield
-
-
-@contextlib.contextmanager
-def no_training() -> Generator[None]:
-    """Ends a command with exit code 0 where it would begin to train or to check a world; draws nothing."""
-
-    def evaluate(run: Any, episodes: int = 1000) -> Evaluation:
-        run.champions()
-        count, steps = len(run.config.seeds), 3
-        choices = np.zeros((count, 5, steps, run.algorithm.env.n_agents), int)
-        return Evaluation(run.config.seeds, 5, np.zeros((count, 5)), choices, np.zeros((count, 5), bool))
-
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(shared_programs())
-        stack.enter_context(no_drawing())
-        for place in (
-            "skillcrew.experiment.runner.Runner.start",
-            "skillcrew.experiment.runner.Runner.run",
-            "skillcrew.cli.check.check_environment",
-            "skillcrew.cli.side_by_side._train",
-        ):
-            stack.enter_context(mock.patch(place, done))
-        stack.enter_context(mock.patch("skillcrew.experiment.run.Run.evaluate", evaluate))
-        stack.enter_context(mock.patch("skillcrew.analysis.report.shown_episodes", lambda *_: []))
-        stack.enter_context(mock.patch("skillcrew.experiment.folder.describe_environment", lambda: ""))
-        for place in ("skillcrew.experiment.memory.estimate", "skillcrew.cli.side_by_side.estimate"):
-            stack.enter_context(mock.patch(place, lambda *_: 1))
-        yield
 
 
 def run_inputs(

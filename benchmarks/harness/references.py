@@ -10,12 +10,10 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 import jax
 from benchmarks.harness.endings import digests, ending
 from benchmarks.harness.forks import Ended, forked
-from benchmarks.harness.small_runs import ENVIRONMENT, OF_RUN, train_words
+from benchmarks.harness.small_runs import compare_words, train_words
 
 from skillcrew.cli import compare, report, resume, train  # noqa: F401 (forks need not import them)
 from skillcrew.cli.main import run_command
-
-COMPARED = "ea,ccea"
 
 
 class References:
@@ -65,8 +63,7 @@ class References:
         if command == "train":
             return train_words(algorithm, folder)
         if command == "compare":
-            sizes = [f"--{name}={value}" for name, value in OF_RUN.items() if name != "checkpoint-seconds"]
-            return ["compare", COMPARED, ENVIRONMENT, "--out", str(folder), *sizes]
+            return compare_words(folder)
         finished = self._place / f"train-{algorithm}-0"
         return ["report", str(finished), "--episodes", "20", "--out", str(folder / "report.html")]
 

@@ -28,6 +28,9 @@ OF_ALGORITHM = {
     "policy.hidden": 8,
     "critic.hidden": 8,
     "evolution.elites": 2,
+    "ppo.minibatches": 2,
+    "liir.minibatches": 2,
+    "coma.minibatches": 2,
 }
 """Of which an algorithm takes those that it has."""
 
@@ -39,3 +42,8 @@ def train_words(algorithm: str, folder: Path) -> list[str]:
     sizes |= {f"environment.{name}": size for name, size in OF_ENVIRONMENT.items()}
     options = [f"--{name}={value}" for name, value in {**OF_RUN, **sizes}.items()]
     return ["train", algorithm, ENVIRONMENT, "--out", str(folder), *options]
+
+
+def compare_words(folder: Path) -> list[str]:
+    """The command line that compares two of them, at a size of its own."""
+    return ["compare", "ea,ccea", ENVIRONMENT, "--out", str(folder), "--seeds=2", "--steps=2000"]

@@ -27,7 +27,7 @@ import psutil
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
-from benchmarks.harness.small_runs import ENVIRONMENT, OF_RUN, train_words
+from benchmarks.harness.small_runs import compare_words, train_words
 from benchmarks.harness.watching import observe
 
 ALGORITHMS = ("madys", "ea", "td3", "mappo")
@@ -67,14 +67,13 @@ def commands(place: Path, dice: random.Random) -> Iterator[list[str]]:
             runs.append(place / f"run-{number}")
             yield train_words(dice.choice(ALGORITHMS), runs[-1])
         elif command == "compare":
-            sizes = [f"--{name}={value}" for name, value in OF_RUN.items() if name != "checkpoint-seconds"]
-            yield ["compare", "ea,ccea", ENVIRONMENT, "--out", str(place / f"compared-{number}"), *sizes]
+            yield compare_words(place / f"compared-{number}")
         else:
             further = {"resume": ["--steps", str(2000 + 100 * number), "--report-episodes", "20"]}
             episodes = {name: ["--episodes", "20"] for name in ("evaluate", "report")}
             yield [command, str(dice.choice(runs)), *{**further, **episodes}.get(command, [])]
         if len(runs) > 4:
-            shutil.rmtree(runs.pop(0))
+            shutil.rmtree(runs.pop(0), ignore_errors=True)
 
 
 def soak(place: Path, seconds: float, seed: int) -> tuple[list[Held], list[str]]:
@@ -86,6 +85,7 @@ def soak(place: Path, seconds: float, seed: int) -> tuple[list[Held], list[str]]
         outcome = observe(words, SECONDS)
         if outcome.code != 0:
             wrong.append(f"{words}: {outcome}")
+            print(wrong[-1], flush=True)
         held.append(Held.now())
         if len(held) % ROW_EVERY == 1:
             print(f"{len(held):>5}  {held[-1]}", flush=True)
@@ -109,8 +109,6 @@ def main() -> int:
     arguments = parse_arguments()
     with tempfile.TemporaryDirectory(prefix="soak-") as name:
         held, wrong = soak(Path(name), arguments.seconds, arguments.seed)
-    for text in wrong:
-        print(text)
     grown = growth(held)
     said = ", ".join(f"{name} {early:.0f} to {late:.0f}" for name, (early, late) in grown.items())
     print(f"{len(held)} commands, {len(wrong)} failed: {said} (seed {arguments.seed})")

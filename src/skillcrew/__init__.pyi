@@ -155,6 +155,8 @@ from .evolution.strategy import StrategyConfig as StrategyConfig
 from .experiment.evaluation import (
     Evaluation as Evaluation,
 )
+from .experiment.export.loading import load_team as load_team
+from .experiment.export.writing import export_team as export_team
 from .experiment.run import (
     Run as Run,
 )

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import skillcrew as sc
+from experiment.meeting import Meeting
 from oracles.aiming import AGENTS, TARGETS, Aiming
 from oracles.refusals import refusal
 from skillcrew.evolution.evosax_bridge import EVOSAX_NAMES
@@ -55,7 +56,7 @@ def test_a_generation_takes_the_state_to_one_of_the_same_kind(kind: Any, evolver
         if kind is sc.EA
         else {"selector": SelectorConfig(**network, phases=5, reactive=True)}
     )
-    algorithm = kind(sc.make("rover-t2-c1"), evolver=evolver, population=6, **small)
+    algorithm = kind(Meeting(), evolver=evolver, population=6, **small)
     before = jax.eval_shape(algorithm.init, jax.random.key(0))
     after, metrics = jax.eval_shape(algorithm.step, before)
     like = jax.tree.map(lambda leaf: (leaf.shape, leaf.dtype, leaf.weak_type), before)

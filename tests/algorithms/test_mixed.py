@@ -9,6 +9,7 @@ import skillcrew as sc
 from oracles.mixed import LENGTH, SKILLS, Mixed, MixedDiscrete
 from skillcrew.algorithms.registry import ALGORITHMS
 from skillcrew.algorithms.repertoire import Repertoire
+from skillcrew.experiment.export.structure import taken_apart
 from skillcrew.learners.dqn import DQNConfig
 from skillcrew.learners.td3 import TD3Config
 from skillcrew.replay import ReplayBuffer, Transitions
@@ -28,6 +29,9 @@ def test_everybody_steps(name):
         assert "fitness_best" in metrics
         # A first state of other types, weak ones included, would have a step compiled twice.
         assert jax.tree.map(signature, after) == jax.tree.map(signature, before)
+        # A team of another make could not be exported.
+        team = jax.eval_shape(algorithm.team, after)
+        assert taken_apart(jax.tree.map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), team))
 
 
 def signature(leaf):
@@ -92,19 +96,19 @@ def make(kind, **fields):
 @pytest.mark.parametrize(("kind", "sharing"), [(Mixed, "team"), (MixedDiscrete, "agent")])
 def test_they_learn_together(kind, sharing):
     algorithm = make(kind, sharing=sharing)
-    state = jax.jit(algorithm.init)(jax.random.key(0))
-    step = jax.jit(algorithm.step)
-    for _ in range(45):
-        state, _ = step(state)
 
     @jax.jit
-    def play(state):
+    def train_and_play():
+        state = algorithm.init(jax.random.key(0))
+        state, _ = jax.lax.scan(lambda state, _: algorithm.step(state), state, length=45)
         start = Start.draw(algorithm.env, jax.random.key(1), 2)
-        return rollout(algorithm.env, Lineup.of_team(algorithm.team(state), start), jax.random.key(2))[1]
+        lineup = Lineup.of_team(algorithm.team(state), start)
+        played = rollout(algorithm.env, lineup, jax.random.key(2))[1]
+        return played.team_return(), played.choice
 
-    played = play(state)
-    np.testing.assert_array_less(0.95, played.team_return())
-    choices = [[SKILLS[skill] for skill in played.choice[time, 0]] for time in (0, LENGTH - 1)]
+    returns, chosen = jax.device_get(train_and_play())
+    np.testing.assert_array_less(0.95, returns)
+    choices = [[SKILLS[skill] for skill in chosen[time, 0]] for time in (0, LENGTH - 1)]
     assert choices[0] == ["scout/left", "scout/left", "hauler/lift"]
     assert choices[-1] == ["scout/right", "scout/right", "hauler/drop"]
 

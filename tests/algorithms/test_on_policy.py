@@ -14,6 +14,7 @@ from oracles.mixed import SKILLS, Mixed
 from oracles.picking import LENGTH, Picking
 from oracles.refusals import refusal, unhooked
 from oracles.toy import Toy
+from oracles.training import trained
 from skillcrew.algorithms import on_policy, ppo
 from skillcrew.algorithms.registry import algorithm_class
 from skillcrew.rollout import Lineup, Start, rollout
@@ -31,11 +32,9 @@ def learner(name: str, **fields: Any) -> dict[str, Any]:
     return {section: kinds.get(name, sc.PPOConfig)(**fields)}
 
 
-def trained(algorithm: Any, generations: int) -> tuple[Any, dict]:
-    def run(key):
-        return jax.lax.scan(lambda state, _: algorithm.step(state), algorithm.init(key), length=generations)
-
-    return jax.jit(run)(jax.random.key(0))
+def episodes_of(algorithm: Any, state: Any, worlds: int) -> tuple[Any, Any]:
+    start = Start.draw(algorithm.env, jax.random.key(5), worlds)
+    return rollout(algorithm.env, Lineup.of_team(algorithm.team(state), start), jax.random.key(6))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -51,12 +50,15 @@ def test_they_learn_to_pick_what_they_are_shown(name: str) -> None:
         greedy=True,
         **learner(name, discount=0.5, **more),
     )
-    state, metrics = trained(algorithm, 40)
+
+    def play(state):
+        episodes, lived = episodes_of(algorithm, state, 50)
+        return episodes.team_return().mean(), lived.choice
+
+    (reached, choice), metrics = trained(algorithm, 40, play)
     assert metrics["fitness_mean"][0] < 0.4
-    lineup = Lineup.of_team(algorithm.team(state), Start.draw(Picking(), jax.random.key(5), 50))
-    episodes, lived = rollout(Picking(), lineup, jax.random.key(6))
-    assert episodes.team_return().mean() > 0.9
-    assert not lived.choice.any()
+    assert reached > 0.9
+    assert not choice.any()
     assert int(metrics["environment_steps"][-1]) == 40 * 32 * LENGTH
 
 
@@ -66,15 +68,18 @@ def test_continuous_actions_are_learned_too(name: str) -> None:
     section = learner(name, discount=0.0, trace=0.0, entropy=0.0, learning_rate=5e-3)
     kind = {"ippo": sc.IPPO, "liir": sc.LIIR}[name]
     algorithm = kind(Aiming(), reward="own", episodes=64, policy=OWN, critic=OWN, greedy=True, **section)
-    state, _ = trained(algorithm, 120)
-    team = algorithm.team(state)
-    action, _, _ = team.act(jnp.full((AGENTS, 4), 0.5), team.initial_memory(), jax.random.key(1))
+
+    def act(state):
+        team = algorithm.team(state)
+        return team.act(jnp.full((AGENTS, 4), 0.5), team.initial_memory(), jax.random.key(1))[0]
+
+    action, _ = trained(algorithm, 120, act)
     np.testing.assert_allclose(action[:, 0], TARGETS, atol=0.2)
 
 
 @functools.cache
-def choosing_skills() -> tuple[Any, Any, dict]:
-    """Agents that differ, each of which can use some of the skills, trained for a generation."""
+def choosing_skills() -> tuple[Any, dict, dict]:
+    """Agents that differ, each of which can use some of the skills, and what two generations make of them."""
     network = sc.NetworkConfig(hidden=(8,), input_scaling="none")
     algorithm = sc.MAPPO(
         Mixed(),
@@ -88,15 +93,23 @@ def choosing_skills() -> tuple[Any, Any, dict]:
         learner=sc.TD3Config(batch_size=8, network=network),
         **learner("mappo"),
     )
-    return algorithm, *trained(algorithm, 2)
+
+    def look(state):
+        team, seen = algorithm.team(state), jnp.ones(5)
+        return {
+            "choice": episodes_of(algorithm, state, 30)[1].choice,
+            "networks": state.learner.policies,
+            "team's": team.policies,
+            "outputs": jax.vmap(lambda network: network(seen, jnp.zeros(0))[0])(team.policies),
+        }
+
+    return algorithm, *trained(algorithm, 2, look)
 
 
 def test_agents_choose_among_the_skills_of_their_type_and_keep_them() -> None:
-    algorithm, state, metrics = choosing_skills()
+    algorithm, found, metrics = choosing_skills()
     assert algorithm.choices() == SKILLS
-    start = Start.draw(Mixed(), jax.random.key(2), 30)
-    _, lived = rollout(Mixed(), Lineup.of_team(algorithm.team(state), start), jax.random.key(3))
-    choice = np.asarray(lived.choice)
+    choice = np.asarray(found["choice"])
     assert set(choice[:, :, :2].ravel()) == {0, 1}
     assert set(choice[:, :, 2].ravel()) == {2, 3, 4}
     for world in range(30):
@@ -109,15 +122,10 @@ def test_agents_choose_among_the_skills_of_their_type_and_keep_them() -> None:
 
 
 def test_types_share_a_policy_each() -> None:
-    algorithm, state, _ = choosing_skills()
-    assert jax.tree.leaves(state.learner.policies)[0].shape[0] == 2
-    seen = jnp.ones((3, 5))
-    team = algorithm.team(state)
-    assert jax.tree.leaves(team.policies)[0].shape[0] == 3
-    outputs = [
-        jax.tree.map(lambda leaf, own=agent: leaf[own], team.policies)(seen[agent], jnp.zeros(0))[0]
-        for agent in range(3)
-    ]
+    _, found, _ = choosing_skills()
+    assert jax.tree.leaves(found["networks"])[0].shape[0] == 2
+    assert jax.tree.leaves(found["team's"])[0].shape[0] == 3
+    outputs = np.asarray(found["outputs"])
     np.testing.assert_array_equal(outputs[0], outputs[1])
     assert (outputs[0] != outputs[2]).any()
 

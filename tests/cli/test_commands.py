@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+import shutil
 import subprocess
 import sys
 
@@ -418,3 +419,51 @@ def test_names_with_quotes_are_names(words, capsys):
     call([*words, "--help"])
     call([*words, "--nonsense"])
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_export_writes_a_team_into_a_new_folder(finished, tmp_path, capsys):
+    assert call(["export", str(finished), "--out", "team", "--formats", "onnx,safetensors", "--json"]) == 0
+    written = json.loads(capsys.readouterr().out)["written"]
+    assert sorted(written) == sorted(f"team/{path.name}" for path in (tmp_path / "team").iterdir())
+    assert json.loads((tmp_path / "team" / "team.json").read_text())["seed"] == tiny.SEEDS[0]
+    assert sc.load_team("team").n_agents == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["--out", "taken"], "taken: exists and is never overwritten; choose another folder with --out"),
+        (["--out", "file/team"], "file/team: cannot be written, not a directory"),
+        (["--out", "/proc/team"], "/proc/team: cannot be written, "),
+        (["--seed", "4"], "seed 4: not of this run, which has 3, 11"),
+        (["--formats", "onix"], "unknown format 'onix'; valid, nearest first: onnx, "),
+        (["--formats", "safetensors,"], "unknown format ''; valid, nearest first: "),
+        (["--checkpoint", "99999"], "no checkpoint 99999; there are "),
+    ],
+)
+def test_an_export_that_cannot_be_is_refused_in_one_line(words, line, finished, tmp_path, capsys):
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "file").write_text("")
+    assert call(["export", str(finished), *words]) == 2
+    said = capsys.readouterr().err
+    assert line in said
+    assert said.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "taken"]
+
+
+def test_a_run_without_champions_has_none_to_export(copied, capsys):
+    shutil.rmtree(copied / "checkpoints")
+    assert call(["export", str(copied), "--out", "team"]) == 2
+    assert "holds no finished checkpoint" in capsys.readouterr().err
+
+
+def test_onnx_without_its_package_is_refused_or_left_out(finished, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    assert call(["export", str(finished), "--out", "team", "--formats", "onnx"]) == 2
+    assert "formats = onnx: needs the package onnx, pip install 'skillcrew[onnx]'" in capsys.readouterr().err
+    assert call(["export", str(finished), "--out", "team"]) == 0
+    said = capsys.readouterr()
+    assert (
+        said.err == "skillcrew: onnx is left out: pip install 'skillcrew[onnx]' brings the package it needs\n"
+    )
+    assert "team/team.stablehlo" in said.out and "onnx" not in said.out

@@ -37,7 +37,7 @@ OPENS = {"bash": ("bash", "--norc", "-c", IN_BASH, "bash"), "fish": ("fish", "--
 
 LINES = {
     "skillcrew ": {*COMMANDS, "--help", "--version"},
-    "skillcrew re": {"resume", "report", "reproduce"},
+    "skillcrew re": {"render", "resume", "report", "reproduce"},
     "skillcrew train madys-": {"madys-plus", "madys-es"},
     "skillcrew train ea rover-t2-c": {name for name in PRESETS if name.startswith("rover-t2-c")},
     "skillcrew check resc": {"rescue-v1-c2", "rescue-v2-c2", "rescue-v3-c3"},

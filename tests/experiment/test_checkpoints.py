@@ -69,7 +69,7 @@ def test_the_best_may_be_among_the_last_ones(tmp_path):
 def test_everything_that_a_run_goes_on_from_is_held(finished):
     run = sc.Run(finished)
     like = shapes(run.algorithm, run.config)
-    arrays = last_arrays(finished)
+    (arrays,) = last_arrays(finished)
     expected = jax.eval_shape(flat_arrays, like)
     assert {name: (a.shape, a.dtype) for name, a in arrays.items()} == {
         name: (leaf.shape, leaf.dtype) for name, leaf in expected.items()
@@ -273,7 +273,7 @@ def test_what_a_checkpoint_says_of_itself_is_looked_at(about, tmp_path):
 def test_leftovers_of_a_kill_are_ignored_and_then_cleaned(copied, finished):
     unfinished = copied / "checkpoints" / ".unfinished-999"
     shutil.copytree(latest(copied), unfinished)
-    assert_same_arrays(last_arrays(copied), last_arrays(finished))
+    assert_same_arrays(*last_arrays(copied, finished))
     checkpoints = Checkpoints(copied / "checkpoints")
     assert 999 not in checkpoints.generations()
     checkpoints.save(1000, LIKE, 0.0)

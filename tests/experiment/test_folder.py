@@ -2,14 +2,17 @@
 
 import errno
 import os
+import resource
 import shutil
 import stat
 import subprocess
 
+import jax
 import pytest
 
 import skillcrew as sc
-from experiment.tiny import OPTIONS, InterruptAfter, contents, start_command
+from experiment.tiny import OPTIONS, InterruptAfter, contents
+from skillcrew.cli.main import run_command
 from skillcrew.experiment import folder
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.folder import RunFolder
@@ -150,20 +153,35 @@ def test_a_disk_that_fills_up_leaves_what_was_saved(tmp_path, monkeypatch, count
     assert resumed.metrics()["environment_steps"][-1] >= 200
 
 
-def test_a_limit_on_file_sizes_is_one_line_and_exit_code_2(copied):
-    latest = sorted((copied / "checkpoints").iterdir(), key=lambda path: int(path.name))
+@pytest.fixture
+def limit_file_sizes():
+    """Sets a limit in bytes for the rest of the test, in which compiled programs are not written."""
+    before, seldom = resource.getrlimit(resource.RLIMIT_FSIZE), "jax_persistent_cache_min_compile_time_secs"
+
+    def limit(size):
+        jax.config.update(seldom, 1e9)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+
+    yield limit
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    jax.config.update(seldom, 0.0)
+
+
+def test_a_limit_on_file_sizes_is_one_line_and_exit_code_2(limit_file_sizes, counting, tmp_path, capsys):
+    run = sc.train(counting, 2, 100.0, tmp_path / "run", **OPTIONS).folder.path
+    latest = sorted((run / "checkpoints").iterdir(), key=lambda path: int(path.name))
     for path in latest[1:]:  # So that there is something to do.
         shutil.rmtree(path)
-    before = contents(copied)
-
-    # In blocks of 512 bytes: room for the configuration, not for metrics.
-    process = start_command("resume", str(copied), before="ulimit -f 8")
-    output, errors = process.communicate(timeout=300)
-    assert process.returncode == 2, errors
+    before = contents(run)
+    limit = len(before["metrics.parquet"]) // 2
+    assert len(before["config.yaml"]) < limit
+    limit_file_sizes(limit)
+    assert run_command(["resume", str(run), "--trust"]) == 2
+    output, errors = capsys.readouterr()
     assert output == ""
     assert errors.splitlines()[-1].startswith("skillcrew: ") and "the disk is full" in errors
     assert "Traceback" not in errors
-    after = contents(copied)
+    after = contents(run)
     assert {name: after[name] for name in before if name != "timing.json"} == {
         name: before[name] for name in before if name != "timing.json"
     }

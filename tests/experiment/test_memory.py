@@ -28,7 +28,7 @@ def test_the_estimate_grows_with_what_takes_memory():
 
 
 def test_the_estimate_is_near_what_the_state_really_takes(finished):
-    state = sum(array.nbytes for array in last_arrays(finished).values())
+    state = sum(array.nbytes for array in last_arrays(finished)[0].values())
     algorithm = sc.Run(finished).algorithm
     estimated = beyond_base(algorithm, len(SEEDS)) - len(SEEDS) * algorithm.transient_bytes()
     assert state / 2 <= estimated <= 2 * state

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import skillcrew as sc
+from experiment.meeting import Meeting
 from experiment.tiny import (
     OPTIONS,
     SEEDS,
@@ -40,6 +41,7 @@ def fail():
     raise RuntimeError("a bug, or the power")
 
 
+@pytest.mark.usefixtures("one_program")
 def test_stopped_through_ctrl_c_and_then_by_an_error(finished, tmp_path):
     run = tmp_path / "run"
     with pytest.raises(sc.Interrupted):
@@ -56,13 +58,14 @@ def test_stopped_through_ctrl_c_and_then_by_an_error(finished, tmp_path):
         np.testing.assert_array_equal(ours, theirs)
 
 
+@pytest.mark.usefixtures("one_program")
 @pytest.mark.parametrize("make", [tiny_ea, tiny_mfl, tiny_merl, tiny_cerl, tiny_matd3, tiny_mappo])
 def test_other_algorithms_resume_to_the_same_bits(make, tmp_path):
     whole, run = tmp_path / "whole", tmp_path / "run"
     # The folder as it is while the second chunk is yet to be saved: what a power cut would leave.
     cut = InterruptAfter(2, lambda: shutil.copytree(whole, run))
     sc.train(make(), SEEDS, 700.0, whole, cut, **{**OPTIONS, "generations_per_report": 3})
-    again = sc.Run(run)
+    again = sc.Run(run, Meeting())
     assert read_metrics(run / "metrics.parquet")["generation"].max() == 3
     # What its configuration file says is the same algorithm.
     assert (type(again.algorithm), again.algorithm.config) == (type(make()), make().config)
@@ -70,7 +73,7 @@ def test_other_algorithms_resume_to_the_same_bits(make, tmp_path):
     assert metrics["generation"].max() > 3
     if "pretraining" in metrics:
         assert len(np.unique(metrics["pretraining"])) > 1
-    assert_same_ending(run, whole)
+    assert_same_ending(run, whole, make())
 
 
 def test_killed_processes_resume_to_the_same_bits(finished, tmp_path):
@@ -146,11 +149,12 @@ def test_a_smaller_budget_is_refused(copied):
     assert contents(copied) == before
 
 
+@pytest.mark.usefixtures("one_program")
 def test_without_the_buffer_a_run_goes_on_and_says_what_it_lacks(finished, tmp_path):
     run, reporter = tmp_path / "run", InterruptAfter(1, send_interrupt)
     with pytest.raises(sc.Interrupted):
         sc.train(tiny_madys(), SEEDS, float(STEPS), run, reporter, save_buffer=False, **OPTIONS)
-    kept = last_arrays(run)
+    (kept,) = last_arrays(run)
     assert kept and not any("experience" in name for name in kept)
     assert size(run) < size(finished)
     notes = InterruptAfter(0, fail)

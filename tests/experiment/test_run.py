@@ -1,5 +1,7 @@
 """Runs as the library's users hold them."""
 
+import json
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -196,3 +198,23 @@ def test_success_is_over_seeds_where_there_are_several():
 
 def test_the_budget_is_a_round_number(finished):
     assert sc.Run(finished).config.steps == STEPS
+
+
+def test_a_champion_that_is_exported_comes_back(finished, tmp_path):
+    run, folder = sc.Run(finished), tmp_path / "deep" / "team"
+    written = sc.export_team(run, folder, seed=SEEDS[1], formats=["safetensors"])
+    assert sorted(folder.iterdir()) == sorted(written)
+    champion, back = run.champion(SEEDS[1]), sc.load_team(folder)
+    assert jax.tree.structure(back) == jax.tree.structure(champion)
+    for ours, theirs in zip(jax.tree.leaves(back), jax.tree.leaves(champion), strict=True):
+        assert ours.dtype == theirs.dtype
+        np.testing.assert_array_equal(ours, theirs)
+    told = json.loads((folder / "team.json").read_text())
+    assert (told["environment"]["name"], told["environment"]["episode_length"]) == ("rover-t2-c2", 6)
+    assert told["skills"] == ["go_to_poi_A", "go_to_poi_B"]
+    assert [told[name] for name in ("algorithm", "seed", "agents", "actions")] == [
+        "madys",
+        11,
+        2,
+        "continuous",
+    ]

@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import skillcrew as sc
+from experiment.meeting import Meeting
 from skillcrew.algorithms.ea import EA
 from skillcrew.algorithms.mfl import MFL
 from skillcrew.envs.environment import Environment, TimeStep
@@ -58,20 +59,20 @@ def tiny_madys(**overrides) -> sc.MADyS:
 
 
 def tiny_ea(**overrides) -> EA:
-    """Actors with memory, in the same small world, moved by a strategy."""
+    """Actors with memory, moved by a strategy."""
     fields = {
         "population": 8,
         "episodes": 2,
         "actor": PolicyConfig(hidden=(8,), memory=3),
         "evolver": "strategy",
     }
-    return EA(sc.make("rover-t2-c2", episode_length=6, activation_distance=9.0), **{**fields, **overrides})
+    return EA(Meeting(), **{**fields, **overrides})
 
 
 def tiny_mfl(**overrides) -> MFL:
     """Reactive timetables that breed once skills are trained for a while, and begin anew again and again."""
     like = tiny_madys()
-    same = ("episodes", "probe_episodes", "updates", "buffer_capacity", "skills", "learner")
+    same = ("episodes", "probe_episodes", "updates", "buffer_capacity", "learner")
     fields = {
         **{field: getattr(like.config, field) for field in same},
         "population": 8,
@@ -82,7 +83,7 @@ def tiny_mfl(**overrides) -> MFL:
         "recorded_episodes": 1,
         "pretraining_steps": 250,
     }
-    return MFL(like.env, **{**fields, **overrides})
+    return MFL(Meeting(), **{**fields, **overrides})
 
 
 def tiny_merl(**overrides) -> sc.MERL:
@@ -101,7 +102,7 @@ def tiny_merl(**overrides) -> sc.MERL:
         "coevolution": sc.CoevolutionConfig(teams=2, hall_of_fame=sc.HallOfFameConfig(size=3)),
         "learner": like.config.learner,
     }
-    return sc.MERL(like.env, **{**fields, **overrides})
+    return sc.MERL(Meeting(), **{**fields, **overrides})
 
 
 def tiny_cerl(**overrides) -> sc.CERL:
@@ -117,7 +118,7 @@ def tiny_cerl(**overrides) -> sc.CERL:
         "buffer_capacity": 400,
         "learner": like.config.learner,
     }
-    return sc.CERL(like.env, **{**fields, **overrides})
+    return sc.CERL(Meeting(), **{**fields, **overrides})
 
 
 def tiny_matd3(**overrides) -> sc.MATD3:
@@ -129,7 +130,7 @@ def tiny_matd3(**overrides) -> sc.MATD3:
         "buffer_capacity": 400,
         "learner": sc.MADDPGLearnerConfig.matd3(batch_size=8, network=sc.NetworkConfig(hidden=(8,))),
     }
-    return sc.MATD3(tiny_madys().env, **{**fields, **overrides})
+    return sc.MATD3(Meeting(), **{**fields, **overrides})
 
 
 @functools.cache
@@ -140,12 +141,10 @@ def finished_run() -> Path:
     return folder
 
 
-def start_command(*words: str, before: str = "") -> subprocess.Popen:
-    """Starts the command line in a process of its own, after what the shell is to do `before`."""
-    program = "from skillcrew.cli.main import main; main()"
-    shell = ["sh", "-c", f'{before}\nexec "$@"', "sh"] if before else []
+def start_command(*words: str) -> subprocess.Popen:
+    """Starts the command line in a process of its own."""
     return subprocess.Popen(
-        [*shell, sys.executable, "-c", program, *words],
+        [sys.executable, "-c", "from skillcrew.cli.main import main; main()", *words],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -153,11 +152,12 @@ def start_command(*words: str, before: str = "") -> subprocess.Popen:
     )
 
 
-def last_arrays(folder: Path, algorithm=None) -> dict[str, np.ndarray]:
-    """All arrays of a run's last checkpoint, by name."""
-    run = sc.Run(folder, getattr(algorithm, "env", None))
-    arrays, _ = Checkpoints(folder / "checkpoints").read(shapes(algorithm or run.algorithm, run.config))
-    return {name: np.asarray(array) for name, array in arrays.items()}
+def last_arrays(*folders: Path, algorithm=None) -> list[dict[str, np.ndarray]]:
+    """All arrays of the last checkpoint of each of some runs of one algorithm, by name."""
+    run = sc.Run(folders[0], getattr(algorithm, "env", None))
+    like = shapes(algorithm or run.algorithm, run.config)
+    read = [Checkpoints(folder / "checkpoints").read(like)[0] for folder in folders]
+    return [{name: np.asarray(array) for name, array in arrays.items()} for arrays in read]
 
 
 def assert_same_arrays(these: dict[str, np.ndarray], those: dict[str, np.ndarray]) -> None:
@@ -171,7 +171,7 @@ def assert_same_arrays(these: dict[str, np.ndarray], those: dict[str, np.ndarray
 def assert_same_ending(folder: Path, reference: Path, algorithm=None) -> None:
     """Two runs have the same metrics, and all that their last checkpoints hold is the same."""
     assert_same_arrays(read_metrics(folder / "metrics.parquet"), read_metrics(reference / "metrics.parquet"))
-    assert_same_arrays(last_arrays(folder, algorithm), last_arrays(reference, algorithm))
+    assert_same_arrays(*last_arrays(folder, reference, algorithm=algorithm))
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -296,7 +296,7 @@ class Counting:
 def tiny_mappo(**overrides) -> sc.MAPPO:
     """A policy with memory that chooses among skills, and keeps its choices for a while."""
     like = tiny_madys()
-    same = ("probe_episodes", "updates", "buffer_capacity", "skills", "learner")
+    same = ("probe_episodes", "updates", "buffer_capacity", "learner")
     network = PolicyConfig(hidden=(8,), memory=3, sharing="team")
     fields = {
         **{field: getattr(like.config, field) for field in same},
@@ -307,4 +307,4 @@ def tiny_mappo(**overrides) -> sc.MAPPO:
         "critic": network,
         "ppo": sc.PPOConfig(epochs=2, minibatches=2),
     }
-    return sc.MAPPO(like.env, **{**fields, **overrides})
+    return sc.MAPPO(Meeting(), **{**fields, **overrides})

@@ -35,6 +35,13 @@ def test_a_genome_has_every_agents_weights_and_biases(codec, genomes) -> None:
     assert genomes.shape == (POPULATION, AGENTS * GENES_PER_AGENT)
 
 
+def test_to_know_how_genomes_are_laid_out_compiles_nothing(caplog) -> None:
+    with jax.log_compiles():
+        # No other test has this size.
+        assert GenomeCodec(lambda key: jax.random.normal(key, (3, 47)), 2).n_genes == 2 * 3 * 47
+    assert not [record for record in caplog.records if "Compiling" in record.message]
+
+
 def test_no_two_agents_or_individuals_start_alike(genomes) -> None:
     weights = np.asarray(genomes).reshape(POPULATION * AGENTS, GENES_PER_AGENT)
     assert len(np.unique(weights, axis=0)) == POPULATION * AGENTS

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from skillcrew.algorithms.registry import ALGORITHMS
-from skillcrew.envs.registry import BRIDGES, Domain, domains
+from skillcrew.envs.bridges.names import BRIDGES
+from skillcrew.envs.registry import Domain, domains
 from skillcrew.errors import UserError
 
 USAGE = (

@@ -1,7 +1,7 @@
 """Populations as genomes: one row of numbers per individual, and the way back to networks."""
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -28,11 +28,8 @@ class GenomeCodec:
         self._alike = alike
         self._create = create
         self.networks = networks
-        shapes = jax.eval_shape(create, jax.random.key(0))
-        zeros = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
-        flat, self._unravel = ravel_pytree(zeros)
-        self.genes_per_network = flat.size
-        self.n_genes = networks * flat.size
+        self._unravel, self.genes_per_network = _unravelling(create)
+        self.n_genes = networks * self.genes_per_network
 
     def create(self, key: Key[Array, ""], population: int) -> Float[Array, "population genes"]:
         """Draws the genomes of a random population."""
@@ -53,6 +50,20 @@ class GenomeCodec:
     def decode(self, genome: Float[Array, " genes"]) -> Individual:
         """The individual of one genome: its leaves have a leading axis of networks."""
         return jax.vmap(self._unravel)(genome.reshape(self.networks, self.genes_per_network))
+
+
+def _unravelling(create: Callable[[Key[Array, ""]], Any]) -> tuple[Callable[[Array], Any], int]:
+    """The way from a network's genes to the network, and how many they are."""
+    ways = []
+
+    # Only traced: to make a network and lay it out is a dozen small programs.
+    def lay_out() -> Float[Array, " genes"]:
+        genes, way = ravel_pytree(create(jax.random.key(0)))
+        ways.append(way)
+        return genes
+
+    size = jax.eval_shape(lay_out).size
+    return ways[0], size
 
 
 def groups(key: Key[Array, ""], members: int, alike: float) -> Int[Array, " members"]:

@@ -30,6 +30,8 @@ def serve(root: Path, host: str, port: int, opens: bool) -> None:
                 print(f"{root} at {server.url} (Ctrl-C ends it)", flush=True)
                 if not is_local(host):
                     warnings.warn(f"whoever reaches {host} can look at {root}", Notice, stacklevel=2)
+                # What is there already is read before anybody asks.
+                studio.prepare()
                 if opens:
                     webbrowser.open(server.url)
                 server.serve_forever()

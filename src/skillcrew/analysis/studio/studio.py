@@ -45,6 +45,12 @@ class Studio:
         rows.sort(key=lambda row: (row["state"] != "training", -row["changed"], row["name"]))
         return {"root": one_line(str(self._root.absolute())), "runs": rows, "cut": cut}
 
+    def prepare(self, seconds: float = 5.0) -> None:
+        """Reads runs for so long, or until all are read."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and any(row["state"] == "reading" for row in self.runs()["runs"]):
+            pass
+
     def curves(self, keys: list[str]) -> dict[str, Any]:
         """Panels of the curves of some runs; keys of runs that have gone are passed over."""
         with self._lock:

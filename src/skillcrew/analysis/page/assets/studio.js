@@ -46,13 +46,14 @@ function studio() {
   }
 
   /** Asks for curves where other runs are ticked than those drawn, or one of them has grown. */
-  async function showCurves() {
+  async function showCurves(mine) {
     const chosen = runs.filter((run) => ticked.has(run.key));
     const asked = chosen.slice(0, MOST_TICKED);
     byId("ticked").textContent = chosen.length > MOST_TICKED ? `${chosen.length} ticked; curves of the first ${MOST_TICKED} are drawn.` : follows ? "" : `${chosen.length} ticked.`;
     const wanted = JSON.stringify(asked.map((run) => [run.key, run.changed, run.trouble]));
     if (wanted === drawn) return;
     const data = await ask(`curves?${asked.map((run) => `run=${encodeURIComponent(run.key)}`).join("&")}`);
+    if (mine !== asks) return;
     curves.show(data.panels);
     byId("missing").replaceChildren(...data.missing.map(([name, why]) => make("li", {}, `${name}: ${why}`)));
     drawn = wanted;
@@ -72,7 +73,7 @@ function studio() {
       // A later question has been answered, or will be.
       if (mine !== asks) return;
       showRuns(data);
-      await showCurves();
+      await showCurves(mine);
       byId("trouble").hidden = true;
       document.documentElement.dataset.ready = "yes";
     } catch (error) {

@@ -1,0 +1,1 @@
+"""Champions that leave the library, and come back."""
