@@ -12,12 +12,12 @@ import pytest
 
 import skillcrew as sc
 from experiment.tiny import Countdown, Counting, InterruptAfter, contents
-from skillcrew.experiment.ownership import owned
+from skillcrew.experiment.ownership import holder, owned
 
 HOLDS = """
 import sys, time
 from pathlib import Path
-from skillcrew.experiment.ownership import holder, owned
+from skillcrew.experiment.ownership import owned
 with owned(Path(sys.argv[1])):
     print("holds", flush=True)
     time.sleep(600)
