@@ -122,3 +122,14 @@ def test_of_curves_alone_the_other_columns_are_not_read(tmp_path, monkeypatch):
     with pytest.raises(sc.UserError, match="4 rows, and at most 3"):
         read_scores(tmp_path / "m.parquet")
     assert len(read_metrics(tmp_path / "m.parquet")["seed"]) == 4
+
+
+def test_texts_are_refused_before_they_are_read(tmp_path, monkeypatch):
+    path = tmp_path / "m.parquet"
+    texts = pa.array(["long" * 1000] * 1000).dictionary_encode()
+    pq.write_table(
+        pa.table({"seed": texts, "generation": range(1000), "environment_steps": range(1000)}), path
+    )
+    monkeypatch.setattr(pq.ParquetFile, "read", lambda *_, **__: pytest.fail("it was read"))
+    with pytest.raises(sc.UserError, match="seed holds other than numbers"):
+        read_scores(path)

@@ -97,8 +97,11 @@ def _read(path: Path, wanted: Collection[str] | None) -> Columns:
         with path.open("rb") as opened, pq.ParquetFile(opened) as file:
             if wanted is not None and (rows := file.metadata.num_rows) > MOST_SCORED:
                 raise UserError(f"{path}: {rows} rows, and at most {MOST_SCORED} are looked at")
-            names = [name for name in file.schema_arrow.names if wanted is None or name in wanted]
-            table = file.read(names)
+            fields = [field for field in file.schema_arrow if wanted is None or field.name in wanted]
+            # Before it is read: a text may stand there once and be meant for each row.
+            if texts := [field.name for field in fields if not pa.types.is_primitive(field.type)]:
+                raise _no_numbers(path, texts[0])
+            table = file.read([field.name for field in fields])
         columns = {name: table.column(name).to_numpy() for name in table.column_names}
     except (OSError, ValueError, KeyError, pa.ArrowException) as error:
         raise UserError(f"{path}: missing or damaged metrics; {MOVE_AWAY}") from error
@@ -106,7 +109,9 @@ def _read(path: Path, wanted: Collection[str] | None) -> Columns:
         raise UserError(f"{path}: not metrics of skillcrew")
     for name, values in columns.items():
         if values.dtype.kind not in ("iu" if name in WHOLE else "iufb"):
-            raise UserError(
-                f"{path}: not metrics of skillcrew ({name} holds other than numbers); {MOVE_AWAY}"
-            )
+            raise _no_numbers(path, name)
     return columns if RETURN.key in columns else {**columns, RETURN.key: columns[SUCCESS.key]}
+
+
+def _no_numbers(path: Path, name: str) -> UserError:
+    return UserError(f"{path}: not metrics of skillcrew ({name} holds other than numbers); {MOVE_AWAY}")
