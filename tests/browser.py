@@ -93,8 +93,8 @@ class Tab:
             time.sleep(0.02)
 
     def open(self, path):
-        """Opens a file, and returns the seconds until the page says that it can be used."""
-        self.call("Page.navigate", url=Path(path).resolve().as_uri())
+        """Opens a file or an address, and returns the seconds until the page says that it can be used."""
+        self.call("Page.navigate", url=path if "://" in str(path) else Path(path).resolve().as_uri())
         self.wait_for("document.documentElement?.dataset.ready")
         return self.run("performance.now()") / 1000
 

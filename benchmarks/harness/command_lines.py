@@ -14,6 +14,9 @@ from skillcrew.cli.vocabulary import SHELLS
 from skillcrew.envs.registry import find
 from skillcrew.experiment.reproduction import FIGURES, SETS, STEPS
 
+ENDING = tuple(command for command in COMMANDS if command != "studio")
+"""Commands that end by themselves."""
+
 ENVIRONMENTS = ("rover-t2-c1", "rover-t3-c3-drawn", "rover-t2-crew", "rescue-v1-c2", "warehouse-o1-c2")
 
 OPTIONS = {
@@ -27,7 +30,7 @@ OPTIONS = {
 
 def draw_words(dice: random.Random) -> list[str]:
     """A command, its places and a few options; most of it right, some of it not."""
-    command = dice.choice(list(COMMANDS))
+    command = dice.choice(ENDING)
     words = [command, *_places(command, dice)]
     names = _names(command, *words[1:3]) if all(map(str.isprintable, words)) else ("--json",)
     for _ in range(dice.choice((0, 1, 1, 1, 2, 3))):

@@ -9,7 +9,8 @@ import pytest
 import skillcrew as sc
 from experiment import tiny
 from skillcrew.analysis import report
-from skillcrew.analysis.report import learning_curve, write_figures, write_report, write_reports
+from skillcrew.analysis.learning import learning_curve
+from skillcrew.analysis.report import write_figures, write_report, write_reports
 
 
 @pytest.fixture

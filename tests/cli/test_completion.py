@@ -73,6 +73,7 @@ def test_what_follows_what_is_typed(shell, scripts, tmp_path):
     (tmp_path / "runs").mkdir()
     (tmp_path / "rubble.py").touch()
     lines = {**LINES, "skillcrew resume ru": {"runs"}, "skillcrew train ea rub": {"rubble.py"}}
+    lines["skillcrew studio ru"] = {"runs"}
     # Nothing but the shell: neither skillcrew nor Python is found.
     environment = {"PATH": "/nowhere", "HOME": str(tmp_path), "TERM": "dumb"}
     path = shutil.which(shell)

@@ -9,7 +9,7 @@ import pytest
 
 import skillcrew as sc
 from experiment.tiny import SEEDS, STEPS, assert_same_arrays
-from skillcrew.experiment.metrics import MetricsLog, read_metrics
+from skillcrew.experiment.metrics import MetricsLog, read_metrics, read_scores
 
 
 def chunk(first, n_seeds=2, generations=2):
@@ -109,3 +109,27 @@ def test_columns_that_hold_other_than_numbers_are_no_metrics(column, values, tmp
     pq.write_table(pa.table({**columns, column: values}), tmp_path / "m.parquet")
     with pytest.raises(sc.UserError, match=rf"not metrics of skillcrew \({column} holds"):
         read_metrics(tmp_path / "m.parquet")
+
+
+def test_of_curves_alone_the_other_columns_are_not_read(tmp_path, monkeypatch):
+    log = MetricsLog((11, 3))
+    log.add(chunk(1))
+    log.write(tmp_path / "m.parquet")
+    columns = read_scores(tmp_path / "m.parquet")
+    assert set(columns) == {"seed", "generation", "environment_steps", "success_rate", "team_return"}
+    np.testing.assert_array_equal(columns["seed"], [11, 11, 3, 3])
+    monkeypatch.setattr("skillcrew.experiment.metrics.MOST_SCORED", 3)
+    with pytest.raises(sc.UserError, match="4 rows, and at most 3"):
+        read_scores(tmp_path / "m.parquet")
+    assert len(read_metrics(tmp_path / "m.parquet")["seed"]) == 4
+
+
+def test_texts_are_refused_before_they_are_read(tmp_path, monkeypatch):
+    path = tmp_path / "m.parquet"
+    texts = pa.array(["long" * 1000] * 1000).dictionary_encode()
+    pq.write_table(
+        pa.table({"seed": texts, "generation": range(1000), "environment_steps": range(1000)}), path
+    )
+    monkeypatch.setattr(pq.ParquetFile, "read", lambda *_, **__: pytest.fail("it was read"))
+    with pytest.raises(sc.UserError, match="seed holds other than numbers"):
+        read_scores(path)

@@ -12,7 +12,7 @@ import pytest
 
 import skillcrew as sc
 from experiment.tiny import Countdown, Counting, InterruptAfter, contents
-from skillcrew.experiment.ownership import owned
+from skillcrew.experiment.ownership import holder, owned
 
 HOLDS = """
 import sys, time
@@ -94,3 +94,32 @@ def test_a_pipe_in_its_place_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "owner.lock")
     with pytest.raises(sc.UserError, match=r"owner\.lock: cannot be written"), owned(tmp_path):
         pass
+
+
+def test_who_holds_a_run_is_known_without_holding_it(tmp_path):
+    assert holder(tmp_path) is None
+    with owned(tmp_path):
+        assert f"process {os.getpid()} on" in str(holder(tmp_path))
+    assert holder(tmp_path) is None
+    (tmp_path / "owner.lock").write_text("process 1 on elsewhere, which was killed")
+    assert holder(tmp_path) is None
+    with owned(tmp_path):
+        pass
+
+
+def test_what_stands_in_the_place_of_a_lock_is_not_read(tmp_path):
+    (tmp_path / "letter.txt").write_text("Dear reader")
+    (tmp_path / "owner.lock").symlink_to(tmp_path / "letter.txt")
+    assert holder(tmp_path) is None
+    (tmp_path / "owner.lock").unlink()
+    os.mkfifo(tmp_path / "owner.lock")
+    assert holder(tmp_path) is None
+
+
+def test_nobody_who_trains_is_kept_out_by_those_who_look(tmp_path, monkeypatch):
+    tried = []
+    with owned(tmp_path):
+        pass
+    monkeypatch.setattr(fcntl, "flock", lambda *_: tried.append(1))
+    holder(tmp_path)
+    assert not tried

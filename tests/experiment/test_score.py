@@ -13,7 +13,8 @@ from scipy import stats
 import skillcrew as sc
 from experiment.tiny import OPTIONS, Counting, Toll
 from oracles.refusals import refusal
-from skillcrew.analysis.report import learning_curve, write_report
+from skillcrew.analysis.learning import learning_curve
+from skillcrew.analysis.report import write_report
 from skillcrew.cli.present import describe_evaluation
 from skillcrew.envs.identified import Identified
 from skillcrew.experiment.metrics import read_metrics

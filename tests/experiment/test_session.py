@@ -52,6 +52,31 @@ def test_its_time_is_up_after_so_many_seconds(clock):
     assert limited.rate(60) == pytest.approx(2.0)
 
 
+def test_rows_are_written_for_those_who_watch_and_take_a_hundredth_of_the_time(clock):
+    running = session.Session(0)
+    clock.now = session.WATCHED_SECONDS - 0.1
+    assert not running.rows_are_due()
+    clock.now = session.WATCHED_SECONDS
+    assert running.rows_are_due()
+    with running.writing_rows():
+        clock.now += 0.5
+    clock.now += 49.0
+    assert not running.rows_are_due()
+    clock.now += 1.0
+    assert running.rows_are_due()
+    running.saved()
+    assert not running.rows_are_due()
+
+
+def test_rows_of_a_run_that_trains_are_there_before_its_checkpoint(counting, tmp_path, monkeypatch):
+    monkeypatch.setattr(session, "WATCHED_SECONDS", 0.0)
+    monkeypatch.setattr(session, "WATCHED_SHARE", 1e9)
+    seen = []
+    look = InterruptAfter(3, lambda: seen.append(read_metrics(tmp_path / "run" / "metrics.parquet")))
+    sc.train(counting, 1, 200, tmp_path / "run", reporter=look, **OPTIONS)
+    assert seen[0]["generation"].tolist() == [*range(1, 9)], "of the two reports before"
+
+
 def arrays(run):
     like = shapes(run.algorithm, run.config)
     return {

@@ -11,8 +11,8 @@ import numpy as np
 from skillcrew.analysis.canvas import save
 from skillcrew.analysis.comparison import area_under_curve
 from skillcrew.analysis.curves import Curve, panels_of_curves
+from skillcrew.analysis.learning import learning_curve
 from skillcrew.analysis.levels import Windows, reaching
-from skillcrew.analysis.report import learning_curve
 from skillcrew.analysis.tables import Entry, write_tables
 from skillcrew.errors import UserError
 from skillcrew.experiment.comparison import Comparison, ComparisonFolder, PlannedRun

@@ -6,22 +6,18 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from skillcrew.analysis.canvas import save
 from skillcrew.analysis.curves import Curve, learning_curves
-from skillcrew.analysis.levels import Windows
+from skillcrew.analysis.learning import curve_over_seeds, learning_curve
 from skillcrew.analysis.page.contents import Pooled, RunContents
 from skillcrew.analysis.page.write import write_page
 from skillcrew.analysis.skill_figures import skill_distribution
-from skillcrew.analysis.statistics import mean_band
 from skillcrew.errors import UserError
 from skillcrew.experiment.evaluation import Evaluation
 from skillcrew.experiment.files import write_whole
-from skillcrew.experiment.metrics import Columns
 from skillcrew.experiment.recording import shown_episodes
 from skillcrew.experiment.run import Run
-from skillcrew.experiment.score import RETURN, Score, score_of
+from skillcrew.experiment.score import RETURN
 
 PAGE = "report.html"
 CURVE = "learning_curve"
@@ -150,61 +146,12 @@ def _pooled(contents: Sequence[RunContents]) -> list[Pooled]:
 def _together(contents: Sequence[RunContents], logarithmic: bool) -> Curve:
     per_seed = [rows for one in contents for rows in one.curve.per_seed]
     first = contents[0].curve
-    return _curve(first.label, [one.run for one in contents], per_seed, first.score, logarithmic, None)
+    return curve_over_seeds(
+        first.label, [one.run.config for one in contents], per_seed, first.score, logarithmic, None
+    )
 
 
 def _said(evaluation: Evaluation, mean: float) -> str:
     if evaluation.completed is None:
         return f"mean return {RETURN.number(mean)} in {evaluation.episodes} episodes"
     return f"{mean:.1%} of {evaluation.episodes} episodes solved"
-
-
-def learning_curve(
-    run: Run, label: str | None = None, logarithmic: bool = False, budget: float | int | None = None
-) -> Curve:
-    """The champion's score on fresh episodes over environment steps, per seed and as a mean with its band.
-
-    The mean is smoothed over the trailing window of `Windows`; single seeds are as they are.
-
-    Args:
-        logarithmic: whether the band is for a logarithmic axis of steps.
-        budget: environment steps that the window is a share of, the same for all curves that are compared; by
-            default the run's own.
-    """
-    columns = run.metrics()
-    score = score_of(run.algorithm.env)
-    if score.key not in columns:
-        # The environment says what success is since the run was trained.
-        score = RETURN
-    per_seed = [_within_budget(columns, score, seed, run.config.steps) for seed in run.config.seeds]
-    if min(len(steps) for steps, _ in per_seed) == 0:
-        raise UserError(
-            f"{run.folder.metrics}: a seed has no generation yet; train longer before drawing a curve"
-        )
-    return _curve(label or run.algorithm.label, [run], per_seed, score, logarithmic, budget)
-
-
-def _curve(
-    label: str,
-    runs: Sequence[Run],
-    per_seed: Sequence[tuple[np.ndarray, np.ndarray]],
-    score: Score,
-    logarithmic: bool,
-    budget: float | int | None,
-) -> Curve:
-    """The curve over seeds that may be of several runs."""
-    band = mean_band(
-        [steps for steps, _ in per_seed],
-        [values for _, values in per_seed],
-        window=Windows.of(budget or max(run.config.steps for run in runs)).trailing,
-        lower=score.lower,
-        upper=score.upper,
-        logarithmic=logarithmic,
-        episodes=min(run.config.score_episodes for run in runs) if score.bounded else None,
-    )
-    return Curve(label, band, per_seed, score=score)
-
-
-def _within_budget(columns: Columns, score: Score, seed: int, budget: int) -> tuple[np.ndarray, np.ndarray]:
-    rows = (columns["seed"] == seed) & (columns["environment_steps"] <= budget)
-    return columns["environment_steps"][rows], columns[score.key][rows]

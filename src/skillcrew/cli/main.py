@@ -17,6 +17,7 @@ COMMANDS = {
     "evaluate": "score a run's champions on fresh episodes",
     "report": "write a page of one or more runs, with replays, and figures",
     "render": "make a film or a picture of one of a champion's episodes",
+    "studio": "look at a folder of runs in the browser, live",
     "export": "write a champion into a folder from which it acts without skillcrew",
     "show": "how far a run is, what it reached, and every option of it",
     "check": "say what is wrong with an environment of your own, and what is fine",

@@ -3,19 +3,17 @@
 import dataclasses
 import json
 import math
-from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
 from skillcrew.errors import UserError
-from skillcrew.experiment.files import read_plain
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.integrity import check_known
 from skillcrew.experiment.metrics import read_metrics
+from skillcrew.experiment.overview import final_scores, progress
 from skillcrew.experiment.progress import human
 from skillcrew.experiment.score import score_among
 from skillcrew.experiment.yaml_files import read_yaml
@@ -61,46 +59,13 @@ def shown(folder: RunFolder) -> dict[str, Any]:
     configuration = read_yaml(folder.config)
     if not isinstance(configuration, dict):
         raise UserError(f"{folder.config}: damaged; restore it")
-    progress = _progress(folder) if folder.metrics.is_file() else None
+    reached = progress(read_metrics(folder.metrics)) if folder.metrics.is_file() else None
     return {
         "run": str(folder.path),
-        "progress": progress,
-        "scores": _scores(folder.scores),
+        "progress": reached,
+        "scores": final_scores(folder.scores),
         "configuration": configuration,
     }
-
-
-def _progress(folder: RunFolder) -> list[dict[str, Any]]:
-    """Of each seed: how far it is, and what its champion reached in the last generation."""
-    columns = read_metrics(folder.metrics)
-    score = score_among(columns)
-    last = [np.flatnonzero(columns["seed"] == seed)[-1] for seed in dict.fromkeys(columns["seed"].tolist())]
-    names = ("seed", "generation", "environment_steps")
-    return [
-        {**{name: int(columns[name][row]) for name in names}, score.key: float(columns[score.key][row])}
-        for row in last
-    ]
-
-
-def _scores(path: Path) -> dict[str, Any] | None:
-    """The final scores; None before there are any.
-
-    Raises:
-        UserError: damaged.
-    """
-    if not path.is_file():
-        return None
-    try:
-        scores = json.loads(read_plain(path))
-        reached = scores[score_among(scores).key]
-        ends = [reached[end] for end in ("low", "high")]
-        if not all(isinstance(number, int | float) for number in (scores["episodes"], reached["mean"])):
-            raise ValueError
-        if not all(end is None or isinstance(end, int | float) for end in ends):
-            raise ValueError
-    except (OSError, ValueError, RecursionError, KeyError, TypeError):
-        raise UserError(f"{path}: damaged; `skillcrew report` writes it anew") from None
-    return scores
 
 
 def as_lines(found: dict[str, Any]) -> str:

@@ -83,6 +83,7 @@ def _words_at_places(offered: list[Domain]) -> dict[str, str]:
         "ENVIRONMENT": " ".join(name for domain in offered for name in _names_of(domain)),
         "FIGURE": " ".join(figures),
         "RUN": FOLDER,
+        "RUNS": FOLDER,
         "SHELL": " ".join(SHELLS),
     }
 

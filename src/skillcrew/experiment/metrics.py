@@ -1,6 +1,6 @@
 """One row per seed and generation, in one columnar file (Parquet)."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,12 @@ MOVE_AWAY = "move it away, then `skillcrew resume` goes on without the earlier r
 
 WHOLE = ("seed", "generation", "environment_steps")
 """Columns of whole numbers, which every file has."""
+
+SCORED = (*WHOLE, SUCCESS.key, RETURN.key)
+"""Columns that learning curves are drawn from."""
+
+MOST_SCORED = 5_000_000
+"""Rows that are read only to be looked at; a few bytes may stand for more than any memory holds."""
 
 
 class MetricsLog:
@@ -75,11 +81,33 @@ def read_metrics(path: Path) -> Columns:
     Raises:
         UserError: missing or damaged.
     """
+    return _read(path, None)
+
+
+def read_scores(path: Path) -> Columns:
+    """Of the same, the columns that learning curves are drawn from.
+
+    Raises:
+        UserError: missing or damaged, or of more than `MOST_SCORED` rows.
+    """
+    return _read(path, SCORED)
+
+
+def _read(path: Path, wanted: Collection[str] | None) -> Columns:
+    """All columns, or the wanted ones of a file of bounded size."""
     check_known(path, MOVE_AWAY)
     try:
         if not path.is_file():
             raise FileNotFoundError
-        table = pq.read_table(path)
+        # Not by its path: that may hold what is no text.
+        with path.open("rb") as opened, pq.ParquetFile(opened) as file:
+            if wanted is not None and (rows := file.metadata.num_rows) > MOST_SCORED:
+                raise UserError(f"{path}: {rows} rows, and at most {MOST_SCORED} are looked at")
+            fields = [field for field in file.schema_arrow if wanted is None or field.name in wanted]
+            # Before it is read: a text may stand there once and be meant for each row.
+            if texts := [field.name for field in fields if not pa.types.is_primitive(field.type)]:
+                raise _no_numbers(path, texts[0])
+            table = file.read([field.name for field in fields])
         columns = {name: table.column(name).to_numpy() for name in table.column_names}
     except (OSError, ValueError, KeyError, pa.ArrowException) as error:
         raise UserError(f"{path}: missing or damaged metrics; {MOVE_AWAY}") from error
@@ -87,7 +115,9 @@ def read_metrics(path: Path) -> Columns:
         raise UserError(f"{path}: not metrics of skillcrew")
     for name, values in columns.items():
         if values.dtype.kind not in ("iu" if name in WHOLE else "iufb"):
-            raise UserError(
-                f"{path}: not metrics of skillcrew ({name} holds other than numbers); {MOVE_AWAY}"
-            )
+            raise _no_numbers(path, name)
     return columns if RETURN.key in columns else {**columns, RETURN.key: columns[SUCCESS.key]}
+
+
+def _no_numbers(path: Path, name: str) -> UserError:
+    return UserError(f"{path}: not metrics of skillcrew ({name} holds other than numbers); {MOVE_AWAY}")

@@ -6,6 +6,7 @@ import errno
 import fcntl
 import os
 import socket
+import stat
 from collections.abc import Generator
 from pathlib import Path
 from typing import TextIO
@@ -51,6 +52,27 @@ def owned(folder: Path) -> Generator[None]:
         finally:
             with contextlib.suppress(OSError):
                 _say(file, "")
+
+
+def holder(folder: Path) -> str | None:
+    """Who trains in a run folder; None if nobody does.
+
+    Nobody who is about to train there is kept from it: what is held by nobody is empty, and only a lock whose
+    holder was killed is tried, for an instant.
+    """
+    try:
+        handle = os.open(folder / LOCK, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:
+        return None
+    with open(handle, "rb") as file:
+        if not (stat.S_ISREG(os.fstat(handle).st_mode) and file.read(1)):
+            return None
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except OSError:
+            # Where the system knows no locks, what the holder wrote is all that there is to go by.
+            return _owner(folder / LOCK)
+    return None
 
 
 def _say(file: TextIO, text: str) -> None:

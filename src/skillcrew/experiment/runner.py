@@ -148,6 +148,9 @@ class Runner:
                 if stops or self._done(state) or session.save_is_due(self.config.checkpoint_seconds):
                     self._save(state, metrics)
                     session.saved()
+                elif session.rows_are_due():
+                    with session.writing_rows():
+                        self._log.write(self.folder.metrics)
                 if stops and not self._done(state):
                     raise Interrupted
         self._note_timing(

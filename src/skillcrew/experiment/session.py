@@ -1,10 +1,18 @@
 """One uninterrupted stretch of a run: its clock, and how much to live before looking up."""
 
+import contextlib
 import time
+from collections.abc import Generator
 
 PATIENCE = 2.0
 """Seconds that one call of a program takes about, where a generation is that short: nobody who asks a run to
 stop is to wait for longer."""
+
+WATCHED_SECONDS = 5.0
+"""Least time between two writings of the metrics for those who watch a run; checkpoints are further apart."""
+
+WATCHED_SHARE = 0.01
+"""Of the time, that such writing may take."""
 
 
 class Session:
@@ -20,6 +28,7 @@ class Session:
         self._steps_before = steps_before
         self._most_seconds = most_seconds
         self._seconds_each: float | None = None
+        self._wrote, self._writing = self._began, 0.0
 
     def seconds(self) -> float:
         """Since it began."""
@@ -50,4 +59,16 @@ class Session:
 
     def saved(self) -> None:
         """The state has just been saved."""
-        self._saved = time.monotonic()
+        self._saved = self._wrote = time.monotonic()
+
+    def rows_are_due(self) -> bool:
+        """Whether those who watch have waited long enough for new rows of the metrics."""
+        return time.monotonic() - self._wrote >= max(WATCHED_SECONDS, self._writing / WATCHED_SHARE)
+
+    @contextlib.contextmanager
+    def writing_rows(self) -> Generator[None]:
+        """Rows are written within."""
+        began = time.monotonic()
+        yield
+        self._wrote = time.monotonic()
+        self._writing = self._wrote - began

@@ -6,24 +6,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Int, Real
+from jaxtyping import Int
 
 from skillcrew.analysis.curves import Curve
 from skillcrew.analysis.page.colours import both_grounds, colours_of_choices
-from skillcrew.analysis.page.packing import pack, short
+from skillcrew.analysis.page.packing import pack
+from skillcrew.analysis.page.panels import Line, describe_score, panels
 from skillcrew.analysis.page.scenery import describe_scene, pack_episodes
 from skillcrew.analysis.skill_figures import readable_skill
-from skillcrew.analysis.statistics import Band, skill_shares
+from skillcrew.analysis.statistics import skill_shares
 from skillcrew.envs.offers import OffersSkillTexts, offers, unwrapped
 from skillcrew.envs.padded import types_of_agents
 from skillcrew.experiment.evaluation import Evaluation
 from skillcrew.experiment.files import read_plain
 from skillcrew.experiment.recording import Shown
 from skillcrew.experiment.run import Run
-from skillcrew.experiment.score import Score
-
-MOST_ROWS = 400
-"""Of a single seed's curve; more than a chart has room for."""
 
 SHARE_STEPS = 1000
 """Of a share of episodes, from 0 to 1."""
@@ -63,52 +60,13 @@ def describe(runs: Sequence[RunContents], pooled: Sequence[Pooled], title: str) 
 
 
 def _panels(runs: Sequence[RunContents], pooled: Sequence[Pooled]) -> list[dict[str, Any]]:
-    """A panel of curves for each environment and kind of score."""
-    panels: dict[tuple[str, str], dict[str, Any]] = {}
-    for index, one in enumerate(runs):
-        environment, score = one.run.algorithm.env.name, one.curve.score
-        fresh = {"environment": environment, "score": _score(score), "curves": [], "pooled": []}
-        panel = panels.setdefault((environment, score.key), fresh)
-        panel["curves"].append({"run": index, **_curve(one.name, one.curve, one.logarithmic)})
+    lines = [Line(one.run.algorithm.env.name, one.name, one.curve, one.logarithmic) for one in runs]
+    together = []
     for many in pooled:
-        panel = panels[runs[many.runs[0]].run.algorithm.env.name, many.curve.score.key]
         label = f"{many.curve.label}, {len(many.runs)} runs"
-        panel["pooled"].append({"runs": list(many.runs), **_curve(label, many.curve, many.logarithmic)})
-    return list(panels.values())
-
-
-def _score(score: Score) -> dict[str, Any]:
-    ends = [score.lower, score.upper] if score.bounded else None
-    return {"label": score.label, "word": score.word, "ends": ends, "decimals": score.decimals}
-
-
-def _curve(label: str, curve: Curve, logarithmic: Curve) -> dict[str, Any]:
-    rows = [_thinned(steps, values) for steps, values in curve.per_seed]
-    return {
-        "label": label,
-        "band": _band(curve.band),
-        "logarithmic": _band(logarithmic.band),
-        "seeds": [{"steps": short(steps, 6), "values": short(values)} for steps, values in rows],
-        "pretrained": None if curve.pretrained_at is None else float(curve.pretrained_at),
-    }
-
-
-def _band(band: Band) -> dict[str, Any]:
-    return {
-        "steps": short(band.steps, 6),
-        "mean": short(band.mean),
-        "low": short(band.low),
-        "high": short(band.high),
-    }
-
-
-def _thinned(
-    steps: Real[np.ndarray, " _"], values: Real[np.ndarray, " _"]
-) -> tuple[Real[np.ndarray, " _"], Real[np.ndarray, " _"]]:
-    """At most `MOST_ROWS` of the rows that hold a value, evenly, with the first and the last."""
-    kept = np.flatnonzero(~np.isnan(np.asarray(values, float)))
-    which = kept[np.unique(np.linspace(0, len(kept) - 1, min(len(kept), MOST_ROWS)).round().astype(int))]
-    return steps[which], values[which]
+        environment = runs[many.runs[0]].run.algorithm.env.name
+        together.append((many.runs, Line(environment, label, many.curve, many.logarithmic)))
+    return panels(lines, together)
 
 
 def _run(one: RunContents) -> dict[str, Any]:
@@ -125,7 +83,7 @@ def _run(one: RunContents) -> dict[str, Any]:
             {"type": env.types[types[index]].name if types else None} for index in range(env.n_agents)
         ],
         "skills": _skills(env, skills),
-        "score": _score(evaluation.score),
+        "score": describe_score(evaluation.score),
         "scores": _scores(evaluation),
         "shares": [
             {"seed": seed, **_shares(choices, len(skills))}

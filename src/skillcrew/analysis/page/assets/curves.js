@@ -1,24 +1,51 @@
 "use strict";
 // All panels of learning curves: what is shown, and the steps that the pointer is at in all of them.
 
-function Curves(data) {
-  // With many curves, single seeds hide the means.
-  const options = { logarithmic: false, singleSeeds: data.panels.every((panel) => panel.curves.length < 3), pooled: false };
-  byId("single-seeds").checked = options.singleSeeds;
+function Curves() {
+  const options = { logarithmic: false, singleSeeds: null, pooled: false };
   const hidden = new Set();
-  const panels = data.panels.map((panel) => {
-    const chart = makeSvg("svg", { class: "chart", role: "img", "aria-label": `Learning curves in ${panel.environment}` });
-    const entries = make("div", { class: "entries" });
-    const box = make("div", { class: "panel" }, make("h3", {}, panel.environment), chart, entries);
-    byId("panels").append(box);
-    return { panel, chart, entries, scale: null, marks: null };
-  });
+  let panels = [];
+  let pointed = null;
   // One name has one colour in all panels.
   const places = new Map();
   const placeOf = (label) => {
-    if (!places.has(label)) places.set(label, places.size);
+    if (!places.has(label)) {
+      const taken = new Set(places.values());
+      places.set(label, [...Array(taken.size + 1).keys()].find((place) => !taken.has(place)));
+    }
     return places.get(label);
   };
+
+  /** Draws these panels, in the place of those that are there. */
+  function show(shown) {
+    panels = shown.map((panel) => Object.assign(panels.find((one) => sameAxes(one.panel, panel)) ?? emptyPanel(panel), { panel }));
+    const boxes = panels.map((one) => one.box);
+    if (boxes.length !== byId("panels").children.length || boxes.some((box, i) => box !== byId("panels").children[i])) {
+      byId("panels").replaceChildren(...boxes);
+    }
+    const labels = new Set(shown.flatMap((panel) => [...panel.curves, ...panel.pooled].map((curve) => curve.label)));
+    for (const label of places.keys()) if (!labels.has(label)) places.delete(label);
+    // With many curves, single seeds hide the means.
+    byId("single-seeds").checked = options.singleSeeds ?? shown.every((panel) => panel.curves.length < 3);
+    byId("pool-label").hidden = !shown.some((panel) => panel.pooled.length);
+    draw();
+  }
+
+  const sameAxes = (one, other) => one.environment === other.environment && one.score.label === other.score.label;
+
+  function emptyPanel(panel) {
+    const chart = makeSvg("svg", { class: "chart", role: "img", "aria-label": `Learning curves in ${panel.environment}` });
+    const entries = make("div", { class: "entries" });
+    const box = make("div", { class: "panel" }, make("h3", {}, panel.environment), chart, entries);
+    const one = { panel, box, chart, entries, scale: null, marks: null };
+    chart.addEventListener("pointermove", (event) => {
+      const place = chart.getBoundingClientRect();
+      say(one.scale.steps(((event.clientX - place.left) / place.width) * one.scale.width));
+    });
+    chart.addEventListener("pointerleave", () => say(null));
+    return one;
+  }
+
   const curvesOf = (panel) => (options.pooled && panel.pooled.length ? withPooled(panel) : panel.curves);
 
   function withPooled(panel) {
@@ -28,7 +55,7 @@ function Curves(data) {
 
   function draw() {
     for (const one of panels) drawPanel(one);
-    say(null);
+    say(pointed);
   }
 
   function drawPanel(one) {
@@ -40,9 +67,11 @@ function Curves(data) {
     one.chart.setAttribute("viewBox", `0 0 ${width} ${height}`);
     one.chart.setAttribute("height", height);
     one.marks = makeSvg("g");
-    const drawn = seen.flatMap((curve) => drawnCurve(curve, placeOf(curve.label), one.scale, options));
+    const drawn = seen.flatMap((curve) => drawnCurve(curve, placeOf(curve.label), one.scale, { ...options, singleSeeds: byId("single-seeds").checked }));
     one.chart.replaceChildren(...axesOf(one.panel, one.scale, options), ...drawn, one.marks);
+    const focused = one.entries.contains(document.activeElement) ? document.activeElement.dataset.label : null;
     one.entries.replaceChildren(...curves.map(entryOf));
+    [...one.entries.children].find((entry) => entry.dataset.label === focused)?.focus();
   }
 
   function entryOf(curve) {
@@ -58,13 +87,13 @@ function Curves(data) {
     entry.addEventListener("click", () => {
       if (!hidden.delete(curve.label)) hidden.add(curve.label);
       draw();
-      [...document.querySelectorAll(".entry")].find((other) => other.dataset.label === curve.label)?.focus();
     });
     return entry;
   }
 
   /** Reads all curves off at some steps; null: at the end of each. */
   function say(steps) {
+    pointed = steps;
     for (const one of panels) {
       one.marks.replaceChildren();
       const { scale, panel } = one;
@@ -91,18 +120,10 @@ function Curves(data) {
     }
   }
 
-  for (const one of panels) {
-    one.chart.addEventListener("pointermove", (event) => {
-      const box = one.chart.getBoundingClientRect();
-      say(one.scale.steps(((event.clientX - box.left) / box.width) * one.scale.width));
-    });
-    one.chart.addEventListener("pointerleave", () => say(null));
-  }
   for (const [id, name] of [["logarithmic", "logarithmic"], ["single-seeds", "singleSeeds"], ["pool", "pooled"]]) {
     byId(id).addEventListener("change", (event) => { options[name] = event.target.checked; draw(); });
   }
-  byId("pool-label").hidden = !data.panels.some((panel) => panel.pooled.length);
-  return { draw };
+  return { show, draw };
 }
 
 /** The champions' scores, a row for each run. */

@@ -3,17 +3,14 @@
 
 function main() {
   const data = JSON.parse(byId("data").textContent);
-  const curves = Curves(data);
+  const curves = Curves();
   const replay = Replay();
   const shares = Shares();
 
-  function setTheme(theme) {
-    document.documentElement.dataset.theme = theme;
-    byId("theme").textContent = theme === "dark" ? "Light" : "Dark";
+  const otherTheme = followTheme(() => {
     shares.redraw();
     replay.redraw();
-  }
-  const otherTheme = () => setTheme(isDark() ? "light" : "dark");
+  });
 
   async function show() {
     const run = data.runs[byId("run").selectedIndex];
@@ -52,13 +49,9 @@ function main() {
   byId("run-label").hidden = data.runs.length < 2;
   byId("run").addEventListener("change", chooseRun);
   byId("seed").addEventListener("change", show);
-  byId("theme").addEventListener("click", otherTheme);
   document.addEventListener("keydown", onKey);
-  const dark = window.matchMedia("(prefers-color-scheme: dark)");
-  setTheme(dark.matches ? "dark" : "light");
-  dark.addEventListener("change", (event) => setTheme(event.matches ? "dark" : "light"));
   drawScores(data);
-  curves.draw();
+  curves.show(data.panels);
   let width = window.innerWidth;
   window.addEventListener("resize", () => {
     replay.draw();
