@@ -74,7 +74,7 @@ def write_reports(runs: Sequence[Run], evaluations: Sequence[Evaluation], folder
 def write_figures(run: Run, evaluation: Evaluation, folder: Path) -> list[Path]:
     """Draws the learning curve and the chosen skills as PNG and PDF; writes the scores, which come last."""
     title = _title(run)
-    written = save(learning_curves([learning_curve(run)], title), folder / "learning_curve")
+    written = save(learning_curves([learning_curve(run)], _title_of_curve(run)), folder / "learning_curve")
     for seed, choices, reached in zip(evaluation.seeds, evaluation.choices, evaluation.per_seed, strict=True):
         heading = f"{title}, seed {seed}: {_said(evaluation, reached.mean)}"
         figure = skill_distribution(choices, run.algorithm.choices(), heading)
@@ -87,6 +87,11 @@ def write_figures(run: Run, evaluation: Evaluation, folder: Path) -> list[Path]:
 
 def _title(run: Run) -> str:
     return f"{run.algorithm.label} on {run.algorithm.env.name}"
+
+
+def _title_of_curve(run: Run) -> str:
+    """The same, and below it what the run began with, whose steps the curve does not show."""
+    return "\n".join([_title(run), *run.config.origins()])
 
 
 def _contents(run: Run, evaluation: Evaluation, name: str, budget: int) -> RunContents:

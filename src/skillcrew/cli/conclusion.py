@@ -34,6 +34,8 @@ def run_and_report(go: Callable[[], Run], reporter: Reporter, folder: str, episo
         return 130
     evaluation = finished.evaluate(episodes)
     print(describe_evaluation(evaluation))
+    for line in finished.config.origins():
+        print(line[0].upper() + line[1:])
     written = write_report(finished, evaluation)
     print(f"Report: {written[0]} and {len(written) - 1} more in {finished.folder.report}")
     return 0

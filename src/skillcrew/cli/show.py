@@ -12,6 +12,7 @@ import yaml
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
 from skillcrew.errors import UserError
+from skillcrew.experiment.config import RunConfig, parse
 from skillcrew.experiment.files import read_plain
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.integrity import check_known
@@ -66,6 +67,7 @@ def shown(folder: RunFolder) -> dict[str, Any]:
         "run": str(folder.path),
         "progress": progress,
         "scores": _scores(folder.scores),
+        "began_with": parse(RunConfig, configuration.get("run"), f"{folder.config}: run").origins(),
         "configuration": configuration,
     }
 
@@ -114,6 +116,7 @@ def as_lines(found: dict[str, Any]) -> str:
         )
     if found["progress"] is None:
         lines.append("  no generation is over yet")
+    lines += [f"  {line}" for line in found["began_with"]]
     if found["scores"]:
         score = score_among(found["scores"])
         reached, episodes = found["scores"][score.key], found["scores"]["episodes"]
