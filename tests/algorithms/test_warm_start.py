@@ -169,7 +169,7 @@ REFUSED = [
     (
         madys,
         lambda: madys(learner=sc.TD3Config(network=sc.NetworkConfig(hidden=(9,)))),
-        "its algorithm.learner.network is NetworkConfig(hidden=(9,)",
+        "its algorithm.learner.network.hidden is (9,), and here (8, 4); set it to the same",
     ),
     (
         madys,

@@ -82,12 +82,8 @@ def team_between(algorithm: Algorithm, other: Algorithm) -> SkillTeams:
     if own != theirs:
         raise UserError(f"its selectors choose among {', '.join(theirs)}, and here among {', '.join(own)}")
     selector, before = here.config.selector, there.config.selector
-    for field in dataclasses.fields(selector):
-        was, now = getattr(before, field.name), getattr(selector, field.name)
-        # How a random team begins makes no difference to what a selector is.
-        if was != now and field.name != "alike":
-            name = f"algorithm.selector.{field.name}"
-            raise UserError(f"its {name} is {was}, and here {now}; set it to the same")
+    # How a random team begins makes no difference to what a selector is.
+    _check_same(dataclasses.replace(before, alike=selector.alike), selector, "algorithm.selector")
     if selector.networks(here.env) != before.networks(there.env):
         raise UserError(
             f"its teams have a selector for each of {there.env.n_agents} agents, and here there are "
@@ -121,8 +117,17 @@ def _check_learners(algorithm: Any, other: Any) -> None:
     section, fields = ("dqn", ("network", "dueling")) if env.choices else ("learner", ("network", "critics"))
     for field in fields:
         was, now = (getattr(getattr(one.config, section), field) for one in (other, algorithm))
-        if was != now:
-            raise UserError(f"its algorithm.{section}.{field} is {was}, and here {now}; set it to the same")
+        _check_same(was, now, f"algorithm.{section}.{field}")
+
+
+def _check_same(was: Any, now: Any, name: str) -> None:
+    """Refuses a part of a configuration that differs, by the name of the innermost field that does."""
+    if was == now:
+        return
+    if dataclasses.is_dataclass(now):
+        for field in dataclasses.fields(now):
+            _check_same(getattr(was, field.name), getattr(now, field.name), f"{name}.{field.name}")
+    raise UserError(f"its {name} is {was}, and here {now}; set it to the same")
 
 
 def _inputs(env: Environment, there: Environment, skill: str) -> Inputs:

@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import json
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,6 +25,9 @@ from skillcrew.experiment.run import Run
 from skillcrew.experiment.score import RETURN, Score, score_of
 
 PAGE = "report.html"
+
+WIDEST_LINE = 68
+"""Letters that fit above the axes."""
 
 
 def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -> list[Path]:
@@ -91,7 +95,9 @@ def _title(run: Run) -> str:
 
 def _title_of_curve(run: Run) -> str:
     """The same, and below it what the run began with, whose steps the curve does not show."""
-    return "\n".join([_title(run), *run.config.origins()])
+    below = [part for line in run.config.origins() for part in textwrap.wrap(line, WIDEST_LINE)]
+    # Between two dollars matplotlib reads mathematics, and a folder may be called anything.
+    return "\n".join([_title(run), *(part.replace("$", r"\$") for part in below)])
 
 
 def _contents(run: Run, evaluation: Evaluation, name: str, budget: int) -> RunContents:

@@ -67,9 +67,16 @@ def shown(folder: RunFolder) -> dict[str, Any]:
         "run": str(folder.path),
         "progress": progress,
         "scores": _scores(folder.scores),
-        "began_with": parse(RunConfig, configuration.get("run"), f"{folder.config}: run").origins(),
+        "began_with": _origins(folder, configuration.get("run")),
         "configuration": configuration,
     }
+
+
+def _origins(folder: RunFolder, section: Any) -> list[str]:
+    """What the run began with, a line for each; nothing else of the section has to be valid."""
+    known = section if isinstance(section, dict) else {}
+    begun = {name: known[name] for name in ("skills_from", "skills_frozen", "team_from") if name in known}
+    return parse(RunConfig, begun, f"{folder.config}: run").origins()
 
 
 def _progress(folder: RunFolder) -> list[dict[str, Any]]:

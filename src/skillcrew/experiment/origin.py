@@ -4,7 +4,7 @@ import dataclasses
 from pathlib import Path
 from typing import ClassVar
 
-from skillcrew.errors import UserError
+from skillcrew.errors import UserError, one_line
 from skillcrew.experiment.progress import human
 
 
@@ -40,7 +40,7 @@ def sayings(skills_from: Origin | None, team_from: Origin | None, frozen: bool) 
     else:
         parts = [("skills", skills_from), ("team", team_from)]
     return [
-        f"began with {what} of {origin.run}{_cost(origin)}"
+        f"began with {what} of {one_line(origin.run)}{_cost(origin)}"
         + ("; these skills learn no more" if frozen and origin == skills_from else "")
         for what, origin in parts
         if origin is not None
