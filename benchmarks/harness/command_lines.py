@@ -78,7 +78,7 @@ def _names(command: str, *places: str) -> tuple[str, ...]:
     try:
         if command == "train":
             if places[0] == "--config":
-                return tuple(option_names(train.FileOptions))
+                return tuple(option_names(train.RunOptions))
             kind, entry = algorithm_class(places[0]), find(places[1])
             options, _ = with_environment(train.RunOptions, entry, {"algorithm": kind.config_class()})
         elif command == "compare":

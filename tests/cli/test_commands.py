@@ -20,6 +20,7 @@ from skillcrew.cli.main import COMMANDS, run_command
 from skillcrew.envs import registry
 from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.experiment.config import RunConfig, to_yaml
+from skillcrew.experiment.origin import Origin
 
 TRAIN = ("train", "madys", "rover-t2-c1")
 
@@ -135,6 +136,9 @@ MISTAKES = [
     ([*TRAIN, "--environment.n-agents", "-1"], ["n_agents = -1"]),
     ([*TRAIN, "--environment.world-size", "-3"], ["world_size = -3"]),
     ([*TRAIN, "--algorithm.population", "0"], ["population = 0"]),
+    ([*TRAIN, "--skills-from", "nowhere"], ["skills_from = nowhere: nowhere: no such run folder"]),
+    ([*TRAIN, "--team-from", "nowhere"], ["team_from = nowhere: nowhere: no such run folder"]),
+    ([*TRAIN, "--skills-frozen"], ["skills_frozen = True: no skills are taken over"]),
     ([*TRAIN, "--algorithm.population", "5"], ["population = 5", "elites + 2 = 6"]),
     ([*TRAIN, "--algorithm.updates", "3"], ["updates = 3", "policy_delay"]),
     ([*TRAIN, "--algorithm.buffer-capacity", "10"], ["buffer_capacity = 10", "raise it"]),
@@ -279,6 +283,20 @@ def test_groups_of_types_arrive(no_training):
     assert algorithm.env.config == dataclasses.replace(
         PRESETS["rover-t3-c3"], simultaneous=(("A", "C"),), poi_speed=0.25
     )
+
+
+def test_runs_to_begin_with_arrive(no_training, tmp_path):
+    words = ["--skills-from", "runs/t2", "--skills-frozen", "--team-from", "runs/six", "--trust"]
+    assert call([*TRAIN, *words]) == 0
+    (algorithm, options), *_ = no_training
+    begun = {"skills_from": Origin("runs/t2", 340, "ab", 9), "team_from": Origin("runs/six")}
+    given = (options.skills_from, options.skills_frozen, options.team_from, options.trust)
+    assert given == (Origin("runs/t2"), True, Origin("runs/six"), True)
+    # Fed back, a configuration begins with the very checkpoint that it knows, or with another run if told so.
+    file = tmp_path / "c.yaml"
+    file.write_text(to_yaml(algorithm, RunConfig(**begun)))
+    assert call(["train", "--config", str(file), "--team-from", "none"]) == 0
+    assert (no_training[1][1].skills_from, no_training[1][1].team_from) == (begun["skills_from"], None)
 
 
 def test_no_options_mean_the_defaults_of_the_library(no_training):

@@ -3,11 +3,13 @@
 import json
 
 import pytest
+import yaml
 
 from experiment import made_up
 from skillcrew.cli.main import run_command
 from skillcrew.experiment import reproduction
 from skillcrew.experiment.folder import RunFolder
+from skillcrew.experiment.integrity import write_known
 
 HEIGHTS = {2000: 0.5, 2001: 0.875}
 
@@ -44,6 +46,26 @@ def test_it_says_what_champions_reached_where_they_were_scored(folder, capsys) -
     assert found["scores"]["success_rate"]["mean"] == 0.75
     assert found["progress"][1]["environment_steps"] == 8200
     assert found["configuration"]["algorithm"]["name"] == "madys"
+
+
+def test_it_says_what_a_run_began_with(folder, capsys) -> None:
+    assert json.loads(show(folder, capsys, "--json"))["began_with"] == []
+    configuration = yaml.safe_load(folder.config.read_text())
+    configuration["run"] |= {
+        "skills_from": {"run": "runs/t2", "checkpoint": 340, "digest": "ab", "steps": 1_500_000},
+        "skills_frozen": True,
+        "team_from": {"run": "runs/six"},
+    }
+    write_known(folder.config, lambda path: path.write_text(yaml.safe_dump(configuration)))
+    cost = "which had cost 1.5 M steps per seed that are not counted here; these skills learn no more"
+    said = show(folder, capsys).splitlines()
+    assert f"  began with skills of runs/t2 (generation 340), {cost}" in said
+    assert "  began with team of runs/six" in said
+    assert json.loads(show(folder, capsys, "--json"))["began_with"][1] == "began with team of runs/six"
+    configuration["run"]["skills_from"]["digset"] = 3
+    write_known(folder.config, lambda path: path.write_text(yaml.safe_dump(configuration)))
+    assert run_command(["show", str(folder.path)]) == 2
+    assert "digset" in capsys.readouterr().err
 
 
 def test_a_run_that_has_just_begun_has_no_generation(folder, capsys) -> None:

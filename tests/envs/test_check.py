@@ -312,6 +312,7 @@ class PlainTimeStep(Mixed):
 
 class Offering(Sound):
     skill_texts = {"approach": "To 0.", "flee": "From 0."}  # noqa: RUF012
+    observation_names = ("left", "right", "time")
 
     def central_state(self, state):
         return state["offset"]
@@ -347,6 +348,14 @@ class OtherState(Offering):
         return other[None], jnp.zeros(())
 
 
+class NamesTwice(Offering):
+    observation_names = ("left", "right", "left")
+
+
+class NamesOneType(Mixed):
+    observation_names = {"scout": ("a", "b", "c")}  # noqa: RUF012
+
+
 class DrawsNothing(Offering):
     def scene(self, state):
         return state["offset"]
@@ -365,6 +374,8 @@ class DrawsNothing(Offering):
         (RewardAlone(), "counterfactual_step", "returns of the shape (2,); return what differs now and"),
         (OtherState(), "counterfactual_step", "unlike counterfactual's; keep its structure"),
         (DrawsNothing(), "scene", "return a skillcrew.Scene"),
+        (NamesTwice(), "observation_names", "has 2 different names; give one for each of the 3 numbers"),
+        (NamesOneType(), "observation_names", "has 0 different names of hauler; give one for each of the 5"),
     ],
 )
 def test_kinds_and_offers_are_looked_at_too(env, about, said):
@@ -383,7 +394,7 @@ def test_sound_worlds_of_every_kind(kind):
     if kind is Picking:
         assert "each agent picks one of 4" in said
     if kind is Offering:
-        assert "central_state, counterfactual_step, scene, skill_texts" in said
+        assert "central_state, counterfactual_step, observation_names, scene, skill_texts" in said
 
 
 def test_skills_without_a_text_are_noted():

@@ -3,9 +3,11 @@
 import jax
 import numpy as np
 
+import skillcrew
 from oracles.rover_cases import NEVER
 from oracles.rover_scene import Scene
 from skillcrew.envs.offers import OffersCentralState, OffersScene, OffersSkillTexts, offers
+from skillcrew.envs.rover.motion import direction_of
 
 PLAIN = Scene(n_agents=2, n_poi_types=3)
 ROVERS, POIS = [(5.0, 6.0), (7.0, 8.0)], [(1.0, 2.0), (3.0, 4.0), (9.0, 5.0)]
@@ -70,3 +72,35 @@ def test_the_scene_shows_where_everything_is_and_how_it_is() -> None:
 def test_without_breakdowns_all_work() -> None:
     (agents, _) = jax.jit(PLAIN.env.scene)(PLAIN.state(ROVERS, POIS)).points
     assert [agents.states[state] for state in agents.state] == ["working", "working"]
+
+
+def test_numbers_of_an_observation_have_names_that_another_task_has_too() -> None:
+    two, three = (Scene(n_agents=2, n_poi_types=types).env.observation_names for types in (2, 3))
+    assert len(three) == len(set(three)) == 16 and set(two) < set(three)
+    assert three[:5] == (
+        "rovers at 0 to 90 degrees",
+        *(f"POIs of type {name} at 0 to 90 degrees" for name in "ABC"),
+        "rovers at 90 to 180 degrees",
+    )
+    drawn = Scene(n_agents=2, n_poi_types=2, order="drawn").env.observation_names
+    assert drawn == (*two, "call for type A", "call for type B")
+
+
+def test_what_a_name_says_is_what_is_sensed() -> None:
+    state = PLAIN.state([(5.0, 5.0), (5.0, 9.0)], [(7.0, 6.0), (4.0, 8.0), (5.5, 1.0)], headings=[0.0, 0.0])
+    seen = jax.jit(PLAIN.env._observe)(state, direction_of(state.heading))[0]
+    sensed = {PLAIN.env.observation_names[place] for place in np.flatnonzero(np.asarray(seen))}
+    assert sensed == {
+        "POIs of type A at 0 to 90 degrees",
+        "POIs of type B at 90 to 180 degrees",
+        "rovers at 90 to 180 degrees",
+        "POIs of type C at 270 to 360 degrees",
+    }
+
+
+def test_each_type_of_rovers_has_names_of_its_own() -> None:
+    env = skillcrew.make("rover-t2-crew")
+    assert {kind.name: kind.observation_size for kind in env.types} == {
+        name: len(set(names)) for name, names in env.observation_names.items()
+    }
+    assert env.observation_names["scout"][:2] == ("scout at 0 to 45 degrees", "hauler at 0 to 45 degrees")

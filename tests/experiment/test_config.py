@@ -13,6 +13,7 @@ from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.evolution.strategy import StrategyConfig
 from skillcrew.experiment.config import RunConfig, algorithm_from_yaml, from_yaml, to_yaml
+from skillcrew.experiment.origin import Origin
 
 
 @pytest.fixture
@@ -93,7 +94,8 @@ def test_non_default_everything_comes_back_as_it_was(tmp_path):
             race=altered(RaceConfig(), finalists=0),
         ),
     )
-    run = RunConfig((7, 5, 2004), 1234, 9, 3, 0.5, 4, False, 7.5, "USR1", "roll-back", ("wandb",))
+    origins = Origin("runs/a", 12, "ab1", 3456), True, Origin("runs/b")
+    run = RunConfig((7, 5, 2004), 1234, 9, 3, 0.5, 4, False, 7.5, "USR1", "roll-back", ("wandb",), *origins)
     for config, default in ((env.config, sc.RoverConfig()), (algorithm.config, sc.MADySConfig())):
         for field in dataclasses.fields(default):
             # These exclude others; they are in presets.

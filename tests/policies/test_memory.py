@@ -15,7 +15,7 @@ from oracles.refusals import refusal, unhooked
 from oracles.toy import Toy
 from skillcrew.policies import memory as module
 from skillcrew.policies.actor import Actor
-from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, for_each_agent
+from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, collected, dealt_out, for_each_agent
 from skillcrew.policies.network import MLP, NetworkConfig
 from skillcrew.policies.selector import Selector
 from skillcrew.policies.team import ActorTeam, SkillTeam
@@ -175,3 +175,9 @@ def test_what_cannot_be_meant_is_refused(fields: dict[str, Any], expected: list[
     message = refusal(unhooked(module).PolicyConfig, **fields)
     for part in expected:
         assert part in message
+
+
+@pytest.mark.parametrize("types", [(), (0, 0, 1, 2, 2)])
+def test_what_is_dealt_out_is_collected_again(types):
+    networks, config = jnp.arange(3.0), PolicyConfig(sharing="team")
+    np.testing.assert_array_equal(collected(dealt_out(networks, types, config), types, config), networks)

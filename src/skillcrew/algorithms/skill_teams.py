@@ -17,7 +17,7 @@ from skillcrew.envs.environment import Environment
 from skillcrew.envs.padded import types_of_agents
 from skillcrew.evolution.phases import PhaseVariation
 from skillcrew.policies.dispatch import Skills
-from skillcrew.policies.memory import dealt_out
+from skillcrew.policies.memory import collected, dealt_out
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.selector import AnySelector, SelectorConfig, create_selector
 from skillcrew.policies.team import SkillTeam, Team
@@ -92,6 +92,15 @@ class SkillTeams:
     def team(self, state: SkillTeamsState) -> SkillTeam:
         """The champion of the population, with the skills in use now."""
         return self._team_of(self._search.champion(state.search), state.skills.in_use())
+
+    def selectors(self, team: SkillTeam) -> AnySelector:
+        """A team's own, as they evolve: one for each agent, or as many as agents share."""
+        return collected(team.selectors, types_of_agents(self.env), self.config.selector)
+
+    def begin_around(self, state: SkillTeamsState, selectors: AnySelector) -> SkillTeamsState:
+        """A state before the first generation whose search begins around such selectors, not random ones."""
+        key_teams, key = jax.random.split(state.key)
+        return dataclasses.replace(state, key=key, search=self._search.init(key_teams, selectors))
 
     def transient_bytes(self) -> int:
         """What a generation takes beside the state."""

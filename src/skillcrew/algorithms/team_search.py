@@ -16,7 +16,7 @@ from skillcrew.evolution.evosax_bridge import EVOSAX_NAMES, EvosaxConfig, Evosax
 from skillcrew.evolution.genetic import EvolutionConfig, GeneticAlgorithm
 from skillcrew.evolution.selection import rank
 from skillcrew.evolution.strategy import EvolutionStrategy, StrategyConfig
-from skillcrew.evolution.variation import Variation
+from skillcrew.evolution.variation import Variation, WeightVariation, around
 from skillcrew.policies.population import GenomeCodec
 from skillcrew.policies.team import Team
 from skillcrew.rollout import Episodes, Lineup, Start, rollout
@@ -144,16 +144,23 @@ class TeamSearch:
         self.config = config
         self._env = env
         self._codec = codec
-        self._evolver = _make_evolver(config, codec, env.n_agents, vary or (lambda _: None))
+        vary = vary or (lambda _: WeightVariation(config.evolution.mutation))
+        self._variation = vary(codec.networks)
+        self._evolver = _make_evolver(config, codec, env.n_agents, vary)
 
     @property
     def worlds(self) -> int:
         """Worlds that the population lives in."""
         return self.config.population * self.config.episodes
 
-    def init(self, key: Key[Array, ""]) -> Any:
-        """The evolver's state, with a random population."""
-        return self._evolver.init(key, self.config.population)
+    def init(self, key: Key[Array, ""], founder: PyTree | None = None) -> Any:
+        """The evolver's state, with a random population, or with one around a founder.
+
+        Args:
+            founder: a team's networks. A population is these and mutants of them, a strategy's mean these.
+        """
+        draw = None if founder is None else around(self.encode(founder), self._variation)
+        return self._evolver.init(key, self.config.population, draw)
 
     def start(self, key: Key[Array, ""]) -> Start:
         """Fresh worlds: as many as a team lives in, or as all pairs of teams do."""
@@ -250,7 +257,7 @@ class TeamSearch:
 
 
 def _make_evolver(
-    config: SearchConfig, codec: GenomeCodec, n_agents: int, vary: Callable[[int], Variation | None]
+    config: SearchConfig, codec: GenomeCodec, n_agents: int, vary: Callable[[int], Variation]
 ) -> Evolver:
     if config.evolver == "genetic":
         return GeneticAlgorithm(config.evolution, codec.create, vary(codec.networks))

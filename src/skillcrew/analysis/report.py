@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import json
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,6 +22,9 @@ from skillcrew.experiment.score import RETURN
 
 PAGE = "report.html"
 CURVE = "learning_curve"
+
+WIDEST_LINE = 68
+"""Letters that fit above the axes."""
 
 
 def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -> list[Path]:
@@ -71,7 +75,7 @@ def write_reports(runs: Sequence[Run], evaluations: Sequence[Evaluation], folder
 def write_figures(run: Run, evaluation: Evaluation, folder: Path) -> list[Path]:
     """Draws the learning curve and the chosen skills as PNG and PDF; writes the scores, which come last."""
     title = _title(run)
-    written = save(learning_curves([learning_curve(run)], title), folder / CURVE)
+    written = save(learning_curves([learning_curve(run)], _title_of_curve(run)), folder / CURVE)
     for seed, choices, reached in zip(evaluation.seeds, evaluation.choices, evaluation.per_seed, strict=True):
         heading = f"{title}, seed {seed}: {_said(evaluation, reached.mean)}"
         figure = skill_distribution(choices, run.algorithm.choices(), heading)
@@ -100,6 +104,13 @@ def _skills_of(seed: int) -> str:
 
 def _title(run: Run) -> str:
     return f"{run.algorithm.label} on {run.algorithm.env.name}"
+
+
+def _title_of_curve(run: Run) -> str:
+    """The same, and below it what the run began with, whose steps the curve does not show."""
+    below = [part for line in run.config.origins() for part in textwrap.wrap(line, WIDEST_LINE)]
+    # Between two dollars matplotlib reads mathematics, and a folder may be called anything.
+    return "\n".join([_title(run), *(part.replace("$", r"\$") for part in below)])
 
 
 def _contents(run: Run, evaluation: Evaluation, name: str, budget: int) -> RunContents:

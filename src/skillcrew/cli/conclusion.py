@@ -50,6 +50,8 @@ def run_and_report(
 def _conclude(finished: Run, tracking: Tracking, episodes: int) -> None:
     evaluation = finished.evaluate(episodes)
     print(describe_evaluation(evaluation))
+    for line in finished.config.origins():
+        print(line[0].upper() + line[1:])
     written = write_report(finished, evaluation)
     print(f"Report: {written[0]} and {len(written) - 1} more in {finished.folder.report}")
     tracking.conclude(evaluation, finished.metrics(), seed_figures(finished))

@@ -34,6 +34,7 @@ from skillcrew.envs.bridges.host_config import Argument, SkillReward
 from skillcrew.envs.bridges.jaxmarl_config import Options as JAXMARL_OPTIONS
 from skillcrew.envs.bridges.jaxmarl_config import Skills as JAXMARL_SKILLS
 from skillcrew.errors import UserError, nearest_first
+from skillcrew.experiment.origin import Origin
 
 Options = TypeVar("Options")
 
@@ -140,6 +141,12 @@ def _things(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     return _of_one_word(metavar, lambda word: parse_things(word, kind), format_things)
 
 
+_rule(
+    lambda kind: kind == Origin | None,
+    "RUN|none",
+    lambda word: None if word == "none" else Origin(word),
+    lambda origin: "none" if origin is None else origin.run,
+)
 _rule(lambda kind: kind is int, "INT", parse_count, str)
 _rule(
     lambda kind: kind is Seeds,

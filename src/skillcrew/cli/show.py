@@ -10,6 +10,7 @@ import yaml
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
 from skillcrew.errors import UserError
+from skillcrew.experiment.config import RunConfig, parse
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.integrity import check_known
 from skillcrew.experiment.metrics import read_metrics
@@ -64,8 +65,16 @@ def shown(folder: RunFolder) -> dict[str, Any]:
         "run": str(folder.path),
         "progress": reached,
         "scores": final_scores(folder.scores),
+        "began_with": _origins(folder, configuration.get("run")),
         "configuration": configuration,
     }
+
+
+def _origins(folder: RunFolder, section: Any) -> list[str]:
+    """What the run began with, a line for each; nothing else of the section has to be valid."""
+    known = section if isinstance(section, dict) else {}
+    begun = {name: known[name] for name in ("skills_from", "skills_frozen", "team_from") if name in known}
+    return parse(RunConfig, begun, f"{folder.config}: run").origins()
 
 
 def as_lines(found: dict[str, Any]) -> str:
@@ -79,6 +88,7 @@ def as_lines(found: dict[str, Any]) -> str:
         )
     if found["progress"] is None:
         lines.append("  no generation is over yet")
+    lines += [f"  {line}" for line in found["began_with"]]
     if found["scores"]:
         score = score_among(found["scores"])
         reached, episodes = found["scores"][score.key], found["scores"]["episodes"]

@@ -13,6 +13,7 @@ from skillcrew.cli.present import take_places
 from skillcrew.envs.registry import Entry, find
 from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig, from_yaml
+from skillcrew.experiment.origin import Origin
 from skillcrew.experiment.progress import make_reporter
 from skillcrew.experiment.run import free_folder, train
 from skillcrew.experiment.trackers.tracking import Tracking
@@ -54,6 +55,15 @@ class RunOptions:
 
     trackers: TrackerNames = NO_TRACKERS
     """Who keeps a record beside the run's own files: tensorboard, wandb or both (extra `tracking`)."""
+    skills_from: Origin | None = None
+    """Folder of a run whose skills of the same names are taken over; the others begin at random."""
+    skills_frozen: bool = False
+    """Skills that are taken over learn no more."""
+    team_from: Origin | None = None
+    """Folder of a run whose champions the search begins around, of the same skills and structure."""
+    trust: bool = False
+    """Import classes of environments from wherever --config, --skills-from and --team-from say: that runs
+    their code."""
 
     quiet: bool = False
     """No progress: the final score and errors alone."""
@@ -62,14 +72,6 @@ class RunOptions:
         """The fields of `RunConfig` among these, but for seeds and steps."""
         shared = {field.name for field in dataclasses.fields(RunConfig)} - {"seeds", "steps"}
         return {name: getattr(self, name) for name in shared}
-
-
-@dataclasses.dataclass(frozen=True)
-class FileOptions(RunOptions):
-    """Options of a run whose configuration is a file."""
-
-    trust: bool = False
-    """Import the environment's class from wherever the file says: that runs its code."""
 
 
 def run(words: list[str]) -> int:
@@ -100,8 +102,8 @@ def _train_from_file(words: list[str]) -> int:
     algorithm, config = from_yaml(Path(words[0]), trust="--trust" in words)
     fields: dict[str, Any] = {name: getattr(config, name) for name in RunOptions().run_config()}
     fields["trackers"] = TrackerNames(config.trackers)
-    default = FileOptions(Seeds(config.seeds), config.steps, **fields)
-    options = parse_options(FileOptions, words[1:], default, ("train", "--config", "FILE"), usage())
+    default = RunOptions(Seeds(config.seeds), config.steps, **fields)
+    options = parse_options(RunOptions, words[1:], default, ("train", "--config", "FILE"), usage())
     return train_and_report(algorithm, options)
 
 
@@ -115,7 +117,14 @@ def train_and_report(algorithm: Any, options: RunOptions) -> int:
     )
     return run_and_report(
         lambda tracking: train(
-            algorithm, options.seeds, options.steps, out, reporter, tracking, **options.run_config()
+            algorithm,
+            options.seeds,
+            options.steps,
+            out,
+            reporter,
+            tracking,
+            trust=options.trust,
+            **options.run_config(),
         ),
         reporter,
         lambda: Tracking(options.trackers, reporter.note),

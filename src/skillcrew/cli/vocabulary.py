@@ -13,6 +13,7 @@ from skillcrew.cli.options import option_fields
 from skillcrew.envs.registry import Domain, domains
 from skillcrew.envs.registry import names_of as all_names_of
 from skillcrew.experiment import reproduction
+from skillcrew.experiment.origin import Origin
 
 FOLDER, FILE, FLAG, LIST = "@folder", "@file", "@flag", "@list"
 """Words that stand for any folder, any file, no value at all, and for several with commas between."""
@@ -120,6 +121,8 @@ def _value(kind: Any) -> str:
     kinds = get_args(kind) or (kind,)
     if Path in kinds:
         return FILE
+    if Origin in kinds:
+        return FOLDER
     return " ".join(str(word) for part in (kind, *kinds) for word in _literals(part))
 
 

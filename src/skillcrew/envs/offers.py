@@ -1,6 +1,6 @@
 """What an environment may offer beyond `reset` and `step`, each asked for by what it is."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from jaxtyping import Array, Float, Int, Key, PyTree
@@ -46,6 +46,15 @@ class OffersCounterfactuals(Protocol):
 
 
 @runtime_checkable
+class OffersObservationNames(Protocol):
+    """What each number of an observation is, so that skills find their inputs again in another task."""
+
+    observation_names: Sequence[str] | Mapping[str, Sequence[str]]
+    """A name for each number, in order, the same wherever it means the same; where agents differ, names for
+    each type, by its name."""
+
+
+@runtime_checkable
 class OffersScene(Protocol):
     """A picture."""
 
@@ -67,6 +76,7 @@ Offer = TypeVar("Offer")
 MEMBERS: Mapping[Any, str] = {
     OffersCentralState: "central_state(state)",
     OffersCounterfactuals: "counterfactual(state) and counterfactual_step(state, other, action, key, copies)",
+    OffersObservationNames: "observation_names",
     OffersScene: "scene(state)",
     OffersSkillTexts: "skill_texts",
 }

@@ -108,10 +108,10 @@ class CooperativeCoevolution:
         self._draw = draw
         self._breeder = GeneticAlgorithm(evolution, draw, variation)
 
-    def init(self, key: Key[Array, ""], population: int) -> CoevolutionState:
+    def init(self, key: Key[Array, ""], population: int, draw: Draw | None = None) -> CoevolutionState:
         key_draw, key_teams = jax.random.split(key)
         size = population // self.config.teams
-        genomes = self._draw(key_draw, size).reshape(size, self._n_agents, -1)
+        genomes = (draw or self._draw)(key_draw, size).reshape(size, self._n_agents, -1)
         restart = self._breeder.config.restart
         subpopulations = jax.vmap(lambda own: GeneticState.create(own, restart), in_axes=1)(genomes)
         kept = self.config.hall_of_fame.size

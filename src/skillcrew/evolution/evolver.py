@@ -25,8 +25,13 @@ class Migrants(eqx.Module):
 class Evolver(Protocol):
     """Ask and tell: `genomes(state)` are to be evaluated, `next_generation` is told their fitness."""
 
-    def init(self, key: Key[Array, ""], population: int) -> Any:
-        """The state before the first generation, with random genomes."""
+    def init(self, key: Key[Array, ""], population: int, draw: Draw | None = None) -> Any:
+        """The state before the first generation.
+
+        Args:
+            draw: of the genomes that it begins with; by default random ones, as for a search that begins
+                anew.
+        """
         ...
 
     def genomes(self, state: Any) -> Genomes:

@@ -112,10 +112,10 @@ class EvosaxStrategy:
             self._algorithm = _make(algorithms, name, config, population, genes)
             self._params = _parameters(name, self._algorithm, config)
 
-    def init(self, key: Key[Array, ""], population: int) -> EvosaxState:
+    def init(self, key: Key[Array, ""], population: int, draw: Draw | None = None) -> EvosaxState:
         assert population == self._algorithm.population_size
         key_mean, key_begin, key_sample = jax.random.split(key, 3)
-        mean = self._draw(key_mean, 1)[0]
+        mean = (draw or self._draw)(key_mean, 1)[0]
         with _usual_promotion():
             distribution = self._algorithm.init(key_begin, mean, self._params)
         # evosax begins with NaN here, which never compares as equal to itself.

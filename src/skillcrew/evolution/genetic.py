@@ -138,8 +138,8 @@ class GeneticAlgorithm:
         self._draw = draw
         self._variation = variation or WeightVariation(config.mutation)
 
-    def init(self, key: Key[Array, ""], population: int) -> GeneticState:
-        return GeneticState.create(self._draw(key, population), self.config.restart)
+    def init(self, key: Key[Array, ""], population: int, draw: Draw | None = None) -> GeneticState:
+        return GeneticState.create((draw or self._draw)(key, population), self.config.restart)
 
     def genomes(self, state: GeneticState) -> Float[Array, "population genes"]:
         return state.genomes

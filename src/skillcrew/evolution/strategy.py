@@ -87,9 +87,9 @@ class EvolutionStrategy:
         self._draw = draw
         self._optimiser = optax.adam(config.learning_rate)
 
-    def init(self, key: Key[Array, ""], population: int) -> StrategyState:
+    def init(self, key: Key[Array, ""], population: int, draw: Draw | None = None) -> StrategyState:
         key_mean, key_noise = jax.random.split(key)
-        mean = self._draw(key_mean, 1)[0]
+        mean = (draw or self._draw)(key_mean, 1)[0]
         return StrategyState(
             mean=mean,
             optimiser=self._optimiser.init(mean),

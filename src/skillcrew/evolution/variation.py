@@ -2,9 +2,11 @@
 
 from typing import Protocol, runtime_checkable
 
+import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key
 
 from skillcrew.evolution.crossover import single_point
+from skillcrew.evolution.evolver import Draw
 from skillcrew.evolution.mutation import MutationConfig, mutate
 
 
@@ -30,6 +32,17 @@ class Variation(Protocol):
             judged: whether anybody was better than another. Where nobody is, nothing is selected.
         """
         ...
+
+
+def around(founder: Float[Array, " genes"], variation: Variation) -> Draw:
+    """Draws a population of the founder itself and mutants of it."""
+
+    def draw(key: Key[Array, ""], population: int) -> Float[Array, "population genes"]:
+        copies = jnp.broadcast_to(founder, (population, founder.shape[0]))
+        mutants, _ = variation.mutate(key, copies, jnp.ones((), bool))
+        return mutants.at[0].set(founder)
+
+    return draw
 
 
 class WeightVariation:

@@ -13,6 +13,7 @@ from skillcrew.envs import registry
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError, unknown_name
 from skillcrew.experiment.interrupts import signal_of
+from skillcrew.experiment.origin import Origin, sayings
 from skillcrew.experiment.trackers.names import check_names
 from skillcrew.experiment.yaml_files import read_yaml
 
@@ -53,8 +54,16 @@ class RunConfig:
 
     trackers: tuple[str, ...] = ()
     """Who keeps a record beside the run's own files: "tensorboard", "wandb", or both."""
+    skills_from: Origin | None = None
+    """A run whose skills are taken over, those of the same names; the others begin at random. Its folder."""
+    skills_frozen: bool = False
+    """Whether skills that are taken over learn no more."""
+    team_from: Origin | None = None
+    """A run whose champions the search begins around, of the same skills and structure. Its folder."""
 
     def __post_init__(self) -> None:
+        if self.skills_frozen and self.skills_from is None:
+            raise UserError("skills_frozen = True: no skills are taken over; name a run as skills_from")
         if self.on_bad_numbers not in ("stop", "roll-back"):
             raise unknown_name("on_bad_numbers", self.on_bad_numbers, ("stop", "roll-back"))
         if self.max_seconds is not None and not self.max_seconds > 0:
@@ -76,6 +85,10 @@ class RunConfig:
                 raise UserError(f"{field} = {getattr(self, field)}: give at most {MOST_AT_ONCE}")
         if not self.checkpoint_seconds >= 0:
             raise UserError(f"checkpoint_seconds = {self.checkpoint_seconds}: give a number of at least 0")
+
+    def origins(self) -> list[str]:
+        """What the run began with and what that had cost, a line for each; empty if with nothing."""
+        return sayings(self.skills_from, self.team_from, self.skills_frozen)
 
 
 def to_yaml(algorithm: Algorithm, run: RunConfig) -> str:

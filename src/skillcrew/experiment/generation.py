@@ -1,5 +1,6 @@
 """The jitted program of a run: chunks of generations over a leading seed axis."""
 
+import operator
 import os
 from collections.abc import Callable
 from typing import Any
@@ -44,8 +45,12 @@ def initial_state(algorithm: Algorithm, seed: UInt32[Array, ""]) -> RunState:
     """The state before the first generation of one seed."""
     state, score_key = algorithm.init(stream(seed, TRAINING)), stream(seed, SCORING)
     zero = jnp.zeros((), jnp.int32)
-    # As a checkpoint gives it back, so that a resumed run is the same program.
-    return jax.tree.map(_strongly_typed, RunState(state, algorithm.team(state), score_key, zero, zero))
+    return as_restored(RunState(state, algorithm.team(state), score_key, zero, zero))
+
+
+def as_restored(state: PyTree) -> PyTree:
+    """A state as a checkpoint gives it back, so that a resumed run is the same program."""
+    return jax.tree.map(_strongly_typed, state)
 
 
 def stream(seed: UInt32[Array, ""], number: int) -> Key[Array, ""]:
@@ -181,9 +186,10 @@ def from_flat_arrays(arrays: dict[str, Any], like: PyTree, part: str = "") -> Py
 
     Args:
         like: has the structure, as arrays or shapes.
-        part: the one field that is wanted, such as ".team"; by default all of it.
+        part: the one field that is wanted, such as ".team" or ".algorithm.key"; by default all of it.
     """
-    leaves, structure = jax.tree_util.tree_flatten_with_path(getattr(like, part[1:]) if part else like)
+    like = operator.attrgetter(part[1:])(like) if part else like
+    leaves, structure = jax.tree_util.tree_flatten_with_path(like)
     restored = []
     for path, leaf in leaves:
         array = jnp.asarray(arrays[part + jax.tree_util.keystr(path)])

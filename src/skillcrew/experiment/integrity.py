@@ -40,6 +40,11 @@ def damage(folder: Path) -> str | None:
     return None
 
 
+def fingerprint(folder: Path) -> str:
+    """The digest of a sealed folder with all that it holds."""
+    return _digest(folder / DIGESTS)
+
+
 def write_known(path: Path, write: Callable[[Path], object]) -> None:
     """As `write_whole`, and writes the digest down beside the file, for `check_known`.
 

@@ -13,16 +13,19 @@ from jaxtyping import Array, UInt32
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.envs.environment import Environment
 from skillcrew.errors import UserError
-from skillcrew.experiment import device_memory, generation, memory
+from skillcrew.experiment import device_memory, generation, memory, warm_start
 from skillcrew.experiment.config import MOST_AT_ONCE, RunConfig, from_yaml, to_yaml
 from skillcrew.experiment.evaluation import Evaluation
 from skillcrew.experiment.folder import RunFolder
+from skillcrew.experiment.generation import RunState
 from skillcrew.experiment.integrity import check_known, write_known
 from skillcrew.experiment.metrics import Columns, read_metrics
+from skillcrew.experiment.origin import Origin
 from skillcrew.experiment.ownership import owned
 from skillcrew.experiment.progress import Reporter, SilentReporter
 from skillcrew.experiment.runner import Runner
 from skillcrew.experiment.trackers.tracking import Tracking, lent
+from skillcrew.experiment.warm_start import Begin
 from skillcrew.policies.team import Team
 from skillcrew.policies.team_by_type import TeamByType
 
@@ -56,6 +59,7 @@ class Run:
         check_known(self.folder.config, "restore it")
         self.algorithm, self.config = from_yaml(self.folder.config, env, trust)
         self._checkpoint = checkpoint
+        self._trust = trust
         self._champions = champions
 
     def metrics(self) -> Columns:
@@ -143,12 +147,12 @@ class Run:
                 raise UserError(f"steps = {config.steps}: less than the run's budget of {self.config.steps}")
         device_memory.check(memory.estimate(self.algorithm, config))
         reporter = reporter or SilentReporter()
-        required = "trackers" in session
+        required, begin = "trackers" in session, self._begin(config, reporter)
         with (
             lent(tracking, config.trackers, reporter.note, required) as tracking,
             owned(self.folder.path),
         ):
-            runner = Runner(self.algorithm, config, self.folder, reporter, tracking)
+            runner = Runner(self.algorithm, config, self.folder, reporter, tracking, begin)
             state = runner.restore(self._checkpoint)
             text = to_yaml(self.algorithm, config)
             if config != self.config:
@@ -157,6 +161,17 @@ class Run:
             tracking.open(self.folder.path, text, config.seeds)
             self._champions = runner.run(state).team
         return self
+
+    def _begin(self, config: RunConfig, reporter: Reporter) -> Begin | None:
+        """What a run begins with that was stopped before its first checkpoint: read when it is needed."""
+        if config.skills_from is None and config.team_from is None:
+            return None
+
+        def begin(fresh: RunState) -> RunState:
+            _, begin = warm_start.prepare(self.algorithm, config, self._trust, reporter.note)
+            return begin(fresh) if begin else fresh
+
+        return begin
 
     def champions(self) -> Team:
         """Every seed's champion; leaves have a leading seed axis."""
@@ -173,6 +188,9 @@ def train(
     out: Path | str | None = None,
     reporter: Reporter | None = None,
     tracking: Tracking | None = None,
+    skills_from: Path | str | Origin | None = None,
+    team_from: Path | str | Origin | None = None,
+    trust: bool = False,
     **options: Any,
 ) -> Run:
     """Trains one run per seed, all in one program, into a new folder.
@@ -183,14 +201,19 @@ def train(
         steps: environment steps per seed.
         out: the run's folder; by default `runs/<algorithm>-<environment>`, numbered if it exists.
         tracking: what keeps records and stays open; by default that of `trackers`, one of the options.
+        skills_from: folder of a run whose skills are taken over, those of the same names.
+        team_from: folder of a run whose champions the search begins around.
+        trust: whether to import the environments' classes of these two from wherever they say. That runs
+            their code.
         options: other fields of `RunConfig`.
 
     Raises:
-        UserError: a value out of range, an existing folder, too little memory, a tracker that is not
-            installed, a disk that cannot be written.
+        UserError: a value out of range, a run to begin with that does not fit, an existing folder, too little
+            memory, a tracker that is not installed, a disk that cannot be written.
         Interrupted: on Ctrl-C, after saving.
     """
     chosen = tuple(range(seeds)) if isinstance(seeds, int) else tuple(seeds)
+    options = {**options, "skills_from": Origin.of(skills_from), "team_from": Origin.of(team_from)}
     config = RunConfig(seeds=chosen, steps=round(steps), **options)
     reporter = reporter or SilentReporter()
     needed = memory.estimate(algorithm, config)
@@ -199,10 +222,11 @@ def train(
         f"Needs about {device_memory.in_gib(needed)} of memory, of {device_memory.in_gib(free)} free."
     )
     device_memory.check(needed)
+    config, begin = warm_start.prepare(algorithm, config, trust, reporter.note)
     folder, text = RunFolder(out if out is not None else free_folder(algorithm)), to_yaml(algorithm, config)
     with lent(tracking, config.trackers, reporter.note) as tracking:
         folder.create(text)
-        runner = Runner(algorithm, config, folder, reporter, tracking)
+        runner = Runner(algorithm, config, folder, reporter, tracking, begin)
         with owned(folder.path):
             tracking.open(folder.path, text, config.seeds)
             champions = runner.run(runner.start()).team

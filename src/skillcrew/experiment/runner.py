@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 import time
 import warnings
 from collections.abc import Callable
@@ -26,6 +27,7 @@ from skillcrew.experiment.progress import Reporter
 from skillcrew.experiment.score import score_of
 from skillcrew.experiment.session import Session
 from skillcrew.experiment.trackers.tracking import Tracking
+from skillcrew.experiment.warm_start import Begin
 from skillcrew.policies.team import Team
 
 MOST_ROLL_BACKS = 3
@@ -45,6 +47,7 @@ class Runner:
         folder: exists already.
         reporter: told about progress.
         tracking: told what is saved; by default nobody is.
+        begin: what makes the states of its beginning, where it begins with a part of another run.
     """
 
     def __init__(
@@ -54,18 +57,31 @@ class Runner:
         folder: RunFolder,
         reporter: Reporter,
         tracking: Tracking | None = None,
+        begin: Begin | None = None,
     ):
         self.algorithm = algorithm
         self.config = config
         self.folder = folder
         self.reporter = reporter
         self._tracking = tracking or Tracking((), reporter.note)
+        self._begin = begin
         self._log = MetricsLog(config.seeds)
         self._rolled_back = 0
         self._checkpoints = Checkpoints(folder.checkpoints, config.keep)
 
     def start(self) -> RunState:
-        """The state before the first generation."""
+        """The state before the first generation.
+
+        Where it begins with a part of another run, it is saved at once: that run is not asked for again.
+        """
+        fresh = self._fresh()
+        if self._begin is None:
+            return fresh
+        state = self._begin(fresh)
+        self._checkpoints.save(0, state, -math.inf, self.config.save_buffer)
+        return state
+
+    def _fresh(self) -> RunState:
         seeds = generation.seeds_of(self.config)
         begin = jax.vmap(lambda seed: generation.initial_state(self.algorithm, seed))
         return generation.compiled(begin, seeds)(seeds)
@@ -85,12 +101,12 @@ class Runner:
                 "This checkpoint holds no replay buffer: the run goes on with an empty one, and ends "
                 "otherwise than an uninterrupted run would have."
             )
-            arrays = {**generation.flat_arrays(self.start()), **arrays}
+            arrays = {**generation.flat_arrays(self._fresh()), **arrays}
         state = generation.from_flat_arrays(arrays, like)
         reached = int(np.asarray(state.generation)[0])
         if self.folder.metrics.exists():
             self._log.restore(read_metrics(self.folder.metrics), reached)
-        else:
+        elif reached:
             self.reporter.note(
                 f"{self.folder.metrics} is gone, and with it all rows up to generation {reached}."
             )

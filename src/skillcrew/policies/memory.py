@@ -123,6 +123,14 @@ def dealt_out(networks: PyTree, types: tuple[int, ...], config: PolicyConfig) ->
     return jax.tree.map(lambda leaf: leaf[np.array(types)], networks)
 
 
+def collected(networks: PyTree, types: tuple[int, ...], config: PolicyConfig) -> PyTree:
+    """The inverse of `dealt_out`."""
+    if config.sharing == "agent" or not types:
+        return networks
+    first = np.array([types.index(one) for one in sorted(set(types))])
+    return jax.tree.map(lambda leaf: leaf[first], networks)
+
+
 def for_each_agent(function: Callable[..., Any], networks: PyTree, *inputs: Array) -> Any:
     """`function(network, *input)` of every agent.
 

@@ -1,5 +1,6 @@
 """The page as one file: nothing in a run folder becomes script, and nothing is asked of anybody."""
 
+import dataclasses
 import json
 import re
 from html.parser import HTMLParser
@@ -8,9 +9,13 @@ import numpy as np
 import pytest
 
 from analysis.page import meadow
+from skillcrew.analysis import report
+from skillcrew.analysis.page import contents
 from skillcrew.analysis.page.assemble import as_data, assemble
 from skillcrew.analysis.page.contents import describe
 from skillcrew.analysis.page.packing import unpack
+from skillcrew.errors import one_line
+from skillcrew.experiment.origin import Origin
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +82,19 @@ def test_what_is_said_of_a_run(described):
     assert bare["scenery"] is None and run["scenery"]["high"] == [8.0, 4.0]
     assert [panel["score"]["word"] for panel in described["panels"]] == ["success", "return"]
     assert len(described["panels"][0]["curves"][0]["seeds"]) == 2
+
+
+def test_what_a_run_began_with_stands_first():
+    run = meadow.a_run(meadow.Meadow())
+    run.config = dataclasses.replace(run.config, skills_from=Origin(meadow.EVIL, 3, "ab", 2000))
+    (heading, text), *_ = contents._about(run)
+    cost = "which had cost 2 k steps per seed that are not counted here"
+    evil = one_line(meadow.EVIL)
+    assert (heading, text) == ("beginning", f"began with skills of {evil} (generation 3), {cost}")
+    # The figure of the curve says it too, in its title.
+    run.algorithm.label = "Walkers"
+    title, *below = report._title_of_curve(run).split("\n")
+    assert title == f"Walkers on {run.algorithm.env.name}" and " ".join(below) == text and len(below) > 1
 
 
 def test_shares_are_those_of_the_evaluation(described):

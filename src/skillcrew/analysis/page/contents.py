@@ -26,6 +26,10 @@ SHARE_STEPS = 1000
 """Of a share of episodes, from 0 to 1."""
 
 
+BEGINNING = "beginning"
+"""Heads what a run began with, where it began with a part of another; stands open, as the script knows."""
+
+
 @dataclasses.dataclass(frozen=True)
 class RunContents:
     """What is known of one run."""
@@ -125,9 +129,11 @@ def _shares(choices: Int[np.ndarray, "episodes time agents"], n_skills: int) -> 
 
 
 def _about(run: Run) -> list[list[str]]:
-    """What the run folder says of itself: each file's name and text."""
+    """What the run folder says of itself: what it began with, and each file's name and text."""
     files = (run.folder.config, run.folder.path / "environment.txt", run.folder.timing)
-    return [[path.name, text] for path in files if (text := _text(path)) is not None]
+    texts = [[path.name, text] for path in files if (text := _text(path)) is not None]
+    began = "\n".join(run.config.origins())
+    return [[BEGINNING, began], *texts] if began else texts
 
 
 def _text(path: Path) -> str | None:

@@ -1,6 +1,6 @@
 """What an environment offers beyond `reset` and `step`, where it does."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import jax
@@ -12,6 +12,7 @@ from skillcrew.envs.checks.subject import Subject
 from skillcrew.envs.offers import (
     OffersCentralState,
     OffersCounterfactuals,
+    OffersObservationNames,
     OffersScene,
     OffersSkillTexts,
     offers,
@@ -27,6 +28,7 @@ def check_offers(subject: Subject) -> Iterator[Finding]:
     for offer, check in (
         (OffersCentralState, _central_state),
         (OffersCounterfactuals, _counterfactuals),
+        (OffersObservationNames, _observation_names),
         (OffersScene, _scene),
         (OffersSkillTexts, _skill_texts),
     ):
@@ -69,6 +71,19 @@ def _counterfactuals(subject: Subject) -> tuple[str, Finding | None]:
         said = "gives back something unlike counterfactual's; keep its structure, shapes and dtypes"
         finding = Finding("wrong", name, said)
     return name, finding
+
+
+def _observation_names(subject: Subject) -> tuple[str, Finding | None]:
+    name, env = "observation_names", subject.env
+    given = require(env, OffersObservationNames, name).observation_names
+    of_types = [(kind.name, kind.observation_size) for kind in env.types] or [(None, env.observation_size)]
+    for kind, size in of_types:
+        whose = "" if kind is None else f" of {kind}"
+        names = given if kind is None else given.get(kind, ()) if isinstance(given, Mapping) else ()
+        if len(names) != size or len(set(names)) != size:
+            said = f"has {len(set(names))} different names{whose}; give one for each of the {size} numbers"
+            return name, Finding("wrong", name, said)
+    return name, None
 
 
 def _kind(leaf: Any) -> tuple[Any, Any]:

@@ -51,6 +51,8 @@ class RoverDomain(Environment):
             self.n_agents, self.skills = alike.agents, alike.skills
             self.observation_size, self.action_size = alike.observation_size, alike.action_size
         self.skill_texts: Mapping[str, str] = skill_texts(self.skills)
+        names = {kind.name: self._names_of_sensed(kind) for kind in config.crew}
+        self.observation_names = names if self.types else names[config.crew[0].name]
 
     def _agent_type(self, kind: RoverType) -> AgentType:
         channels = len(self.crew) + self.config.n_poi_types
@@ -224,6 +226,19 @@ class RoverDomain(Environment):
         channels = [reflections.channel(reflectors) for reflectors in (*rovers, *pois)]
         readings = [channel[q] for q in range(kind.sectors) for channel in channels]
         return jnp.stack([*readings, *self._calls(state, like=readings[0])], axis=1)
+
+    def _names_of_sensed(self, kind: RoverType) -> tuple[str, ...]:
+        """What each number is that `_sensed` gives; sectors by their bearings, for some have more of them."""
+        rovers = [other.name for other, _ in self.crew] if self.config.rover_types else ["rovers"]
+        names = [*rovers, *(f"POIs of type {name}" for name in self.config.type_names)]
+        width = 360 // kind.sectors
+        readings = [
+            f"{name} at {sector * width} to {(sector + 1) * width} degrees"
+            for sector in range(kind.sectors)
+            for name in names
+        ]
+        drawn = self.config.order == "drawn"
+        return (*readings, *(f"call for type {name}" for name in self.config.type_names if drawn))
 
     def _rovers_around(self, rows: slice, others: slice, state: RoverState) -> list[Reflector]:
         """All rovers of one type, to be sensed by those of another, or of the same one."""

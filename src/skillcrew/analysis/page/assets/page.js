@@ -22,7 +22,7 @@ function main() {
   function chooseRun() {
     const run = data.runs[byId("run").selectedIndex];
     byId("seed").replaceChildren(...run.replays.map((one) => make("option", {}, String(one.seed))));
-    const files = run.about.map(([name, text]) => make("details", { open: name === "environment.txt" }, make("summary", {}, name), make("pre", { tabindex: 0 }, text)));
+    const files = run.about.map(([name, text]) => make("details", { open: ["beginning", "environment.txt"].includes(name) }, make("summary", {}, name), make("pre", { tabindex: 0 }, text)));
     byId("about-files").replaceChildren(...files);
     return show();
   }
