@@ -13,8 +13,8 @@ from skillcrew.analysis import comparison_report
 from skillcrew.cli import jobs, side_by_side
 from skillcrew.cli.main import run_command
 from skillcrew.experiment.comparison import ComparisonFolder
-from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.device_memory import in_gib
+from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.reproduction import plan
 
 SEEDS = (6, 1)
