@@ -21,10 +21,10 @@ def one_program(monkeypatch):
     """
     programs = {}
 
-    def shared(algorithm, config, runs, compiled=generation.compiled_chunk):
+    def shared(algorithm, config, runs, compiled=generation.CompiledChunk):
         same = to_yaml(algorithm, config)
         if same not in programs:
             programs[same] = compiled(algorithm, config, runs)
         return programs[same]
 
-    monkeypatch.setattr(generation, "compiled_chunk", shared)
+    monkeypatch.setattr(generation, "CompiledChunk", shared)

@@ -51,7 +51,7 @@ def train(algorithm, out: Path, seeds=SEEDS, reporter=None, **options) -> sc.Run
 
 def first_weights(run: Path, index: int, network: str) -> np.ndarray:
     """[seeds, ..., inputs, units] of one skill."""
-    return last_arrays(run)[f".algorithm.skills.learners.{network}.network.weights[0]"][:, index]
+    return last_arrays(run)[0][f".algorithm.skills.learners.{network}.network.weights[0]"][:, index]
 
 
 def assert_same(these, those) -> None:
@@ -79,19 +79,19 @@ def test_skills_begin_as_they_were_and_the_configuration_says_whose(finished, on
     cost = f"which had cost {steps_of(finished)} steps per seed that are not counted here"
     said = f"{cost}; these skills learn no more"
     assert run.config.origins() == [f"began with skills of {finished} (generation {checkpoint}), {said}"]
-    stopped = last_arrays(run.folder.path)[".algorithm.skills.plateau.stopped_at"]
+    stopped = last_arrays(run.folder.path)[0][".algorithm.skills.plateau.stopped_at"]
     np.testing.assert_array_equal(stopped, [[-1, 0]] * 2)
 
 
 def test_it_goes_on_without_the_other_run(finished, only_begins, tmp_path) -> None:
     source = shutil.copytree(finished, tmp_path / "source")
     run = train(wider(), tmp_path / "run", skills_from=source).folder.path
-    begun = last_arrays(run)
+    begun = last_arrays(run)[0]
     shutil.rmtree(source)
     notes = InterruptAfter(0, None)
     sc.Run(run).resume(reporter=notes)
     assert notes.notes == ["Goes on from generation 0."]
-    assert_same_arrays(last_arrays(run), begun)
+    assert_same_arrays(last_arrays(run)[0], begun)
     # Killed before its first checkpoint, it needs the other one, and says which.
     shutil.rmtree(run / "checkpoints")
     with pytest.raises(sc.UserError, match=f"skills_from = {source}: {source}: no such run folder"):
