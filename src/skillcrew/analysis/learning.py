@@ -9,7 +9,7 @@ from skillcrew.analysis.levels import Windows
 from skillcrew.analysis.statistics import mean_band
 from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig
-from skillcrew.experiment.metrics import Columns
+from skillcrew.experiment.metrics import MOVE_AWAY, Columns
 from skillcrew.experiment.run import Run
 from skillcrew.experiment.score import RETURN, Score, score_of
 
@@ -61,6 +61,16 @@ def curve_over_seeds(
 
 
 def within_budget(columns: Columns, score: Score, seed: int, budget: int) -> tuple[np.ndarray, np.ndarray]:
-    """One seed's environment steps and scores, of the generations within its budget."""
+    """One seed's environment steps and scores, of the generations within its budget.
+
+    Raises:
+        UserError: steps do not increase from row to row, as those that skillcrew writes do.
+    """
     rows = (columns["seed"] == seed) & (columns["environment_steps"] <= budget)
-    return columns["environment_steps"][rows], columns[score.key][rows]
+    steps = columns["environment_steps"][rows]
+    # Compared and not subtracted: a difference may not fit its type.
+    if (steps[1:] <= steps[:-1]).any():
+        raise UserError(
+            f"metrics.parquet: damaged, environment steps of seed {seed} do not increase; {MOVE_AWAY}"
+        )
+    return steps, columns[score.key][rows]
