@@ -46,4 +46,4 @@ def train_words(algorithm: str, folder: Path) -> list[str]:
 
 def compare_words(folder: Path) -> list[str]:
     """The command line that compares two of them, at a size of its own."""
-    return ["compare", "ea,ccea", ENVIRONMENT, "--out", str(folder), "--seeds=2", "--steps=2000"]
+    return ["compare", "ea,ccea", ENVIRONMENT, "--out", str(folder), "--seeds=2", "--steps=60000"]
