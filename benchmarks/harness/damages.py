@@ -31,6 +31,7 @@ import numpy as np
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
 from benchmarks.harness.endings import ending, same
+from benchmarks.harness.options import harness_parser
 from benchmarks.harness.sharing import shared_programs
 from benchmarks.harness.subject import conclude, train_subject
 from benchmarks.harness.watching import Outcome, observe
@@ -280,11 +281,8 @@ def main() -> int:
 
 
 def parse_arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
-    )
+    parser = harness_parser(__doc__)
     parser.add_argument("--count", type=int, default=500, help="how many damages (default: 500)")
-    parser.add_argument("--seed", type=int, default=0, help="of what is damaged how (default: 0)")
     return parser.parse_args()
 
 

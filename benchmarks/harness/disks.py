@@ -11,7 +11,6 @@ with the bits of one that was left in peace, as `benchmarks.harness.kills` has t
 Prints a row for each; the last line counts. Exits with 1 on anything else.
 """
 
-import argparse
 import contextlib
 import dataclasses
 import os
@@ -24,6 +23,7 @@ from collections.abc import Generator, Sequence
 from pathlib import Path
 
 from benchmarks.harness.forks import Ended
+from benchmarks.harness.options import parse_algorithms
 from benchmarks.harness.references import References, activity
 
 ALGORITHMS = ("madys", "ea", "td3", "mappo")
@@ -139,7 +139,7 @@ def run_disks(place: Path, count: int, seed: int, algorithms: Sequence[str]) -> 
 
 
 def main() -> int:
-    arguments = parse_arguments()
+    arguments = parse_algorithms(__doc__, 60, ALGORITHMS)
     if os.geteuid() != 0:
         print("disks: left out, for mounting one needs the rights of root")
         return 0
@@ -147,21 +147,6 @@ def main() -> int:
         summary, wrong = run_disks(Path(name), arguments.count, arguments.seed, arguments.algorithms)
     print(summary)
     return 1 if wrong else 0
-
-
-def parse_arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
-    )
-    parser.add_argument("--count", type=int, default=60, help="how many disks (default: 60)")
-    parser.add_argument("--seed", type=int, default=0, help="of what befalls them (default: 0)")
-    parser.add_argument(
-        "--algorithms",
-        type=lambda text: text.split(","),
-        default=list(ALGORITHMS),
-        help="which, joined by commas (default: some of each kind)",
-    )
-    return parser.parse_args()
 
 
 if __name__ == "__main__":

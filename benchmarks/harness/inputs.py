@@ -32,6 +32,7 @@ from benchmarks.harness.command_lines import draw_words
 from benchmarks.harness.damages import contents
 from benchmarks.harness.hostile_files import draw_config, draw_metrics
 from benchmarks.harness.hostile_folders import draw_folder
+from benchmarks.harness.options import harness_parser
 from benchmarks.harness.sandbox import CANARY, Watch
 from benchmarks.harness.shortcuts import no_checkpoints, no_training
 from benchmarks.harness.subject import conclude, train_subject
@@ -248,11 +249,8 @@ def main() -> int:
 
 
 def parse_arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
-    )
+    parser = harness_parser(__doc__)
     parser.add_argument("--count", type=int, default=100_000, help="how many inputs (default: 100000)")
-    parser.add_argument("--seed", type=int, default=0, help="of what they are (default: 0)")
     parser.add_argument("--only", type=int, help="the number of the one to give")
     parser.add_argument("--finished", help="a finished run to begin from; made there if it is missing")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="stop after so long")

@@ -16,7 +16,6 @@ Prints a row per kill: what was killed, when, what it was doing, and the verdict
 with 1 on any difference.
 """
 
-import argparse
 import dataclasses
 import random
 import sys
@@ -24,6 +23,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks.harness.options import parse_algorithms
 from benchmarks.harness.references import References, activity
 
 from skillcrew.algorithms.registry import ALGORITHMS
@@ -86,26 +86,11 @@ def run_kills(place: Path, count: int, seed: int, algorithms: Sequence[str]) -> 
 
 
 def main() -> int:
-    arguments = parse_arguments()
+    arguments = parse_algorithms(__doc__, 200, list(ALGORITHMS))
     with tempfile.TemporaryDirectory(prefix="kills-") as name:
         summary, different = run_kills(Path(name), arguments.count, arguments.seed, arguments.algorithms)
     print(summary)
     return 1 if different else 0
-
-
-def parse_arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
-    )
-    parser.add_argument("--count", type=int, default=200, help="how many kills (default: 200)")
-    parser.add_argument("--seed", type=int, default=0, help="of the moments (default: 0)")
-    parser.add_argument(
-        "--algorithms",
-        type=lambda text: text.split(","),
-        default=list(ALGORITHMS),
-        help="which, joined by commas (default: all)",
-    )
-    return parser.parse_args()
 
 
 if __name__ == "__main__":

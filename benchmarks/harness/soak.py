@@ -27,6 +27,7 @@ import psutil
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
+from benchmarks.harness.options import harness_parser
 from benchmarks.harness.small_runs import compare_words, train_words
 from benchmarks.harness.watching import observe
 
@@ -117,11 +118,8 @@ def main() -> int:
 
 
 def parse_arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
-    )
+    parser = harness_parser(__doc__)
     parser.add_argument("--seconds", type=float, default=3600, help="how long (default: 3600)")
-    parser.add_argument("--seed", type=int, default=0, help="of the order (default: 0)")
     return parser.parse_args()
 
 

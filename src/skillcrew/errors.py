@@ -8,6 +8,13 @@ LONGEST_LINE = 1600
 """Letters; what a file holds may be quoted in a line of ours, and has no bounds."""
 
 
+LESS_MEMORY = (
+    "lower the number of --seeds or of episodes, --algorithm.population, batch sizes or "
+    "--algorithm.buffer-capacity"
+)
+"""What to do where memory is short."""
+
+
 class UserError(Exception):
     """Something that the user can mend: one line that says what, where, and how.
 

@@ -421,7 +421,7 @@ def test_a_machine_that_has_no_memory_left_is_one_line(monkeypatch, capsys):
     monkeypatch.setattr("skillcrew.cli.evaluate.run", too_much)
     assert call(["evaluate", "run"]) == 2
     line = capsys.readouterr().err
-    assert line.startswith("skillcrew: the machine has no memory left; what a run has saved is kept. Lower ")
+    assert line.startswith("skillcrew: the machine has no memory left, and what a run has saved is kept; ")
     assert line.count("\n") == 1
 
     def other_trouble(_):

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Generator
 from typing import Any
 
-from skillcrew.errors import Notice, UserError, one_line, out_of_memory, unknown_name
+from skillcrew.errors import LESS_MEMORY, Notice, UserError, one_line, out_of_memory, unknown_name
 
 COMMANDS = {
     "train": "train an algorithm in an environment, then write a report",
@@ -27,10 +27,7 @@ COMMANDS = {
     "completion": "a script that completes these words in bash, zsh or fish",
 }
 
-NO_MEMORY = (
-    "the machine has no memory left; what a run has saved is kept. Lower the number of --seeds or episodes, "
-    "--algorithm.population, batch sizes or --algorithm.buffer-capacity, or use a larger machine"
-)
+NO_MEMORY = f"the machine has no memory left, and what a run has saved is kept; {LESS_MEMORY}"
 USER_MISTAKE = 2
 INTERRUPTED = 130
 

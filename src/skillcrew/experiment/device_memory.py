@@ -3,7 +3,7 @@
 import jax
 import psutil
 
-from skillcrew.errors import UserError
+from skillcrew.errors import LESS_MEMORY, UserError
 
 
 def available() -> int:
@@ -20,8 +20,7 @@ def check(needed: int) -> None:
     has = available()
     if needed > has:
         raise UserError(
-            f"this run needs about {in_gib(needed)} and the machine has {in_gib(has)} free; lower the number "
-            "of --seeds or of episodes, --algorithm.population, batch sizes or --algorithm.buffer-capacity"
+            f"this run needs about {in_gib(needed)} and the machine has {in_gib(has)} free; {LESS_MEMORY}"
         )
 
 
