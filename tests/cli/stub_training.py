@@ -21,7 +21,8 @@ if command == "train":
     assert (words[0], words[2]) == ("--config", "--out"), words
     out, name = Path(words[3]), Path(words[1]).stem
 else:
-    (out,) = map(Path, words)
+    out = Path(words[0])
+    assert words[1:] == ["--trackers", "none"], words
     name = "-".join(out.parts[-2:])
 with order.open("a") as file:
     file.write(command + " " + name + "\\n")

@@ -1,6 +1,7 @@
 """`skillcrew compare` from its words to its results; a stub stands for the training of each run."""
 
 import csv
+import importlib.util
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from cli import stub_training
 from skillcrew.analysis import comparison_report
 from skillcrew.cli import compare, side_by_side
 from skillcrew.cli.main import run_command
+from skillcrew.experiment.comparison import ComparisonFolder
 from skillcrew.experiment.config import RunConfig
 
 SEEDS = (6, 1)
@@ -121,6 +123,24 @@ def test_the_same_command_goes_on_and_another_is_refused(trains, panels, tmp_pat
     capsys.readouterr()
     assert call(METHODS, "rover-t2-c2", *USUAL, "--steps", "9000") == 2
     assert "run.steps is 8000 there and 9000 is asked for" in capsys.readouterr().err
+
+
+def test_every_run_has_the_trackers_and_may_be_given_others_later(trains, panels, tmp_path):
+    assert call(METHODS, "rover-t2-c2", *USUAL, "--trackers", "tensorboard") == 0
+    configs = [yaml.safe_load(path.read_text()) for path in Path("here/configurations").iterdir()]
+    assert [config["run"]["trackers"] for config in configs] == 3 * [["tensorboard"]]
+    assert call(METHODS, "rover-t2-c2", *USUAL) == 0, "they change nothing that is compared"
+    env = sc.make("rover-t2-c2", n_agents=3)
+    (run, _) = compare._runs(["ea", "mfl"], env, RunConfig(SEEDS, 8000, trackers=("tensorboard",)))
+    job = side_by_side._job(run, ComparisonFolder("here"), trust=False)
+    assert job.words == ("resume", "here/runs/rover-t2-c2/ea", "--trackers", "tensorboard")
+
+
+def test_a_tracker_that_cannot_be_used_is_told_before_anything_is_made(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    assert call("ea,ccea", "rover-t2-c2", *USUAL, "--trackers", "wandb") == 2
+    assert "trackers: wandb is not installed" in capsys.readouterr().err
+    assert not Path("here").exists()
 
 
 def test_the_folder_is_named_after_the_environment(trains, panels, tmp_path):

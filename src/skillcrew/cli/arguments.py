@@ -23,6 +23,9 @@ class TrackerNames(tuple[str, ...]):
     """Trackers as the command line writes them."""
 
 
+NO_TRACKERS = TrackerNames()
+
+
 def parse_trackers(text: str) -> TrackerNames:
     """`tensorboard,wandb`; `none` for none.
 

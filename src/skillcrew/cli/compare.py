@@ -5,7 +5,7 @@ from pathlib import Path
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.algorithms.registry import ALGORITHMS, make_algorithm
-from skillcrew.cli.arguments import Seeds
+from skillcrew.cli.arguments import NO_TRACKERS, Seeds, TrackerNames
 from skillcrew.cli.environments import configured, environment_names, with_environment
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
@@ -15,6 +15,7 @@ from skillcrew.envs.registry import find
 from skillcrew.errors import UserError
 from skillcrew.experiment.comparison import ComparedFigure, Comparison, PlannedRun
 from skillcrew.experiment.config import RunConfig, algorithm_from_yaml
+from skillcrew.experiment.trackers.tracker import tracker_class
 
 
 def usage() -> str:
@@ -45,6 +46,8 @@ class CompareOptions:
     """Environment steps per seed, such as 3e6; the same for all methods, pre-training included."""
     out: Path | None = None
     """Folder for runs and results; one that was begun is gone on with. Default: runs/compare-ENVIRONMENT."""
+    trackers: TrackerNames = NO_TRACKERS
+    """Who keeps a record of each run beside its own files: tensorboard, wandb or both (extra `tracking`)."""
     jobs: int | None = None
     """Runs side by side, each on its share of the cores. Default: one per core, or one on a GPU."""
 
@@ -62,7 +65,11 @@ def run(words: list[str]) -> int:
     options = parse_options(options_class, words[2:], default, called, usage())
     chosen = configured(entry, options)
     env = chosen.make()
-    runs = _runs(_names(methods), env, RunConfig(seeds=tuple(options.seeds), steps=options.steps))
+    names = tuple(options.trackers)
+    for name in names:
+        tracker_class(name)
+    config = RunConfig(seeds=tuple(options.seeds), steps=options.steps, trackers=names)
+    runs = _runs(_names(methods), env, config)
     title = f"{env.name}: mean of {len(options.seeds)} seeds, 95 % intervals"
     comparison = Comparison(
         f"This folder compares {', '.join(one.label for one in runs)} on {env.name}, with skillcrew.",

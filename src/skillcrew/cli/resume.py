@@ -7,6 +7,7 @@ from skillcrew.cli.arguments import TrackerNames
 from skillcrew.cli.conclusion import run_and_report
 from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
+from skillcrew.experiment.config import OF_SESSION
 from skillcrew.experiment.progress import make_reporter
 from skillcrew.experiment.run import Run
 from skillcrew.experiment.trackers.tracking import Tracking
@@ -52,10 +53,7 @@ def run(words: list[str]) -> int:
     unfinished = Run(places[0], checkpoint=options.checkpoint, trust=options.trust)
     budget = options.steps or unfinished.config.steps
     reporter = make_reporter(budget, unfinished.config.seeds, quiet=options.quiet)
-    given = {
-        name: getattr(options, name)
-        for name in ("max_seconds", "warning_signal", "on_bad_numbers", "trackers")
-    }
+    given = {name: getattr(options, name) for name in OF_SESSION}
     session = {name: value for name, value in given.items() if value is not None}
     names = session.get("trackers", unfinished.config.trackers)
     return run_and_report(

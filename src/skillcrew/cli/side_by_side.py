@@ -10,6 +10,7 @@ import jax
 from rich.console import Console
 
 from skillcrew.analysis.comparison_report import write_results
+from skillcrew.cli.arguments import format_trackers
 from skillcrew.cli.jobs import Job, available_cores, run_jobs
 from skillcrew.errors import UserError
 from skillcrew.experiment.comparison import Comparison, ComparisonFolder, PlannedRun
@@ -76,7 +77,8 @@ def _job(planned: PlannedRun, folder: ComparisonFolder, trust: bool) -> Job:
     """Begins a run, or goes on with it."""
     where = folder.run(planned)
     if where.path.exists():
-        words = ("resume", str(where.path))
+        trackers = format_trackers(planned.config.trackers)
+        words = ("resume", str(where.path), "--trackers", trackers)
     else:
         text = planned.to_yaml()
         config = folder.configurations / f"{planned.name}.yaml"

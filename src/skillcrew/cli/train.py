@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
-from skillcrew.cli.arguments import Seeds, TrackerNames
+from skillcrew.cli.arguments import NO_TRACKERS, Seeds, TrackerNames
 from skillcrew.cli.conclusion import run_and_report
 from skillcrew.cli.environments import configured, environment_names, with_environment
 from skillcrew.cli.options import parse_options
@@ -20,7 +20,6 @@ from skillcrew.experiment.trackers.tracking import Tracking
 
 DEFAULTS = RunConfig()
 DEFAULT_SEEDS = Seeds(DEFAULTS.seeds)
-NO_TRACKERS = TrackerNames()
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,7 +10,7 @@ import yaml
 
 from skillcrew.algorithms.algorithm import Algorithm
 from skillcrew.errors import UserError
-from skillcrew.experiment.config import RunConfig, to_yaml
+from skillcrew.experiment.config import OF_SESSION, RunConfig, to_yaml
 from skillcrew.experiment.files import disk_errors, read_plain, write_whole
 from skillcrew.experiment.folder import RunFolder
 from skillcrew.experiment.score import SUCCESS, Score, score_of
@@ -172,13 +172,21 @@ class ComparisonFolder:
             found = None
         if not isinstance(found, dict):
             raise UserError(f"{folder.config}: damaged; move {folder.path} away to train that run anew")
-        difference = first_difference(found, yaml.safe_load(planned.to_yaml()))
+        difference = first_difference(_lasting(found), _lasting(yaml.safe_load(planned.to_yaml())))
         if difference is not None:
             field, there, asked = difference
             raise UserError(
                 f"{folder.config}: {field} is {there!r} there and {asked!r} is asked for; go on with the "
                 f"options that it was begun with, or choose another folder with --out"
             )
+
+
+def _lasting(sections: dict[str, Any]) -> dict[str, Any]:
+    """A configuration without what may differ from session to session."""
+    run = sections.get("run")
+    if not isinstance(run, dict):
+        return sections
+    return {**sections, "run": {name: value for name, value in run.items() if name not in OF_SESSION}}
 
 
 def first_difference(found: Any, asked: Any, place: str = "") -> tuple[str, Any, Any] | None:

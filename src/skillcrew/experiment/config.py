@@ -24,6 +24,10 @@ MOST_AT_ONCE = 1_000_000
 """Episodes that are played side by side, and rows between two reports: all are held in memory."""
 
 
+OF_SESSION = ("max_seconds", "warning_signal", "on_bad_numbers", "trackers")
+"""Fields of a run that may differ from session to session: none of them asks for other numbers."""
+
+
 @dataclasses.dataclass(frozen=True)
 class RunConfig:
     """What a run needs to know beside its algorithm and its environment."""

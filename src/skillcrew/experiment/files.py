@@ -10,7 +10,10 @@ from pathlib import Path
 
 from skillcrew.errors import UserError
 
-MAKE_ROOM = "free some space, then `skillcrew resume` goes on from the last checkpoint"
+MAKE_ROOM = (
+    "free some space; then `skillcrew resume` goes on with a run that was training, and any other command "
+    "is to be given again"
+)
 
 LARGEST_TEXT = 64 * 2**20
 """Bytes."""
