@@ -89,10 +89,11 @@ def _one(folder: Path, victim: Path, dice: random.Random) -> str:
 
 
 def _cleared(path: Path) -> Path:
-    if path.is_symlink() or path.is_file():
-        path.unlink()
-    elif path.is_dir():
+    if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
+    else:
+        # A pipe, which one change may have put there, would keep the next one waiting.
+        path.unlink(missing_ok=True)
     return path
 
 
