@@ -34,6 +34,7 @@ from benchmarks.harness.endings import ending, same
 from benchmarks.harness.options import harness_parser
 from benchmarks.harness.sharing import shared_programs
 from benchmarks.harness.subject import conclude, train_subject
+from benchmarks.harness.telling import told
 from benchmarks.harness.watching import Outcome, observe
 
 from skillcrew.analysis import report
@@ -248,7 +249,7 @@ def run_damages(
     dice, tally, problems = random.Random(seed), collections.Counter(), []
     with shared_programs():
         damages = Damages(finished, room)
-        for number in range(count):
+        for number in told(range(count), problems):
             damage = draw_damage(finished, dice)
             commands = in_turn[number % len(in_turn) :][:1] if in_turn else tuple(COMMANDS)
             wrong = damages.problems(damage, commands, drawn=number % DRAWN_EVERY == DRAWN_EVERY - 1)
