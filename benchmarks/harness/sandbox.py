@@ -43,7 +43,9 @@ class Watch:
             return
         if event == "open":
             path, _, flags = arguments
-            if isinstance(path, str | bytes) and flags & WRITING:
+            named = isinstance(path, str | bytes) and flags & WRITING
+            # The system refuses to follow a link where it is asked to.
+            if named and not (flags & os.O_NOFOLLOW and os.path.islink(path)):
                 self._check(event, path)
         elif event in CHANGES:
             for path in arguments[: CHANGES[event]]:
@@ -64,6 +66,9 @@ class Watch:
             whole = os.path.join(os.path.realpath(os.path.dirname(text) or "."), os.path.basename(text))
             if event == "open":
                 whole = os.path.realpath(text)
+            # No folder can be made there.
+            if event == "os.mkdir" and whole.startswith("/proc/"):
+                return
             scratch = os.path.dirname(whole) == self._scratch or whole == self._scratch
             free = tuple(place + os.sep for place in (self._folder, self._compiled, "/dev"))
             if not (whole.startswith(free) or scratch):

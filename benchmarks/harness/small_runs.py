@@ -28,11 +28,15 @@ OF_ALGORITHM = {
     "policy.hidden": 8,
     "critic.hidden": 8,
     "evolution.elites": 2,
+    "evolution.veterans": 1,
+    "evolution.challengers": 2,
     "ppo.minibatches": 2,
     "liir.minibatches": 2,
     "coma.minibatches": 2,
 }
 """Of which an algorithm takes those that it has."""
+PHASES = ("madys-plus", "open-loop")
+"""Whose timetables have more phases than such an episode has steps."""
 
 
 def train_words(algorithm: str, folder: Path) -> list[str]:
@@ -40,6 +44,7 @@ def train_words(algorithm: str, folder: Path) -> list[str]:
     known = set(option_names(algorithm_class(algorithm).config_class))
     sizes = {f"algorithm.{name}": size for name, size in OF_ALGORITHM.items() if f"--{name}" in known}
     sizes |= {f"environment.{name}": size for name, size in OF_ENVIRONMENT.items()}
+    sizes |= {"algorithm.selector.phases": 4} if algorithm in PHASES else {}
     options = [f"--{name}={value}" for name, value in {**OF_RUN, **sizes}.items()]
     return ["train", algorithm, ENVIRONMENT, "--out", str(folder), *options]
 

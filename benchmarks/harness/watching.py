@@ -65,7 +65,9 @@ def captured() -> Generator[list[str]]:
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         os.dup2(out.fileno(), 1)
         os.dup2(err.fileno(), 2)
-        streams = [os.fdopen(os.dup(number), "w", encoding="utf-8") for number in (1, 2)]
+        streams = [
+            os.fdopen(os.dup(number), "w", encoding="utf-8", errors="backslashreplace") for number in (1, 2)
+        ]
         try:
             with contextlib.redirect_stdout(streams[0]), contextlib.redirect_stderr(streams[1]):
                 yield said

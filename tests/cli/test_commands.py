@@ -181,6 +181,7 @@ MISTAKES = [
     (["evaluate", "."], ["not a run folder"]),
     (["evaluate", "nowhere", "--epsiodes", "5"], ["unknown option --epsiodes", "--episodes"]),
     (["report", "nowhere"], ["no such run folder"]),
+    ([*TRAIN, "--out", "M\udcfcller"], ["'M\\udcfcller': not written in UTF-8; rename it"]),
     (["list", "--jsno"], ["unknown option --jsno", "--json"]),
 ]
 

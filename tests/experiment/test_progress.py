@@ -87,6 +87,7 @@ def test_logs_get_a_line_now_and_then(monkeypatch):
     now = 0.0
     monkeypatch.setattr(progress.time, "monotonic", lambda: now)
     reporter.note("Compiled in [1.0] s.")
+    reporter.note("\udcff\x1b is gone")
     for step in range(500):
         now = 0.1 * step
         reporter.update(chunk(1000 + step), 200.0)
@@ -94,6 +95,7 @@ def test_logs_get_a_line_now_and_then(monkeypatch):
     reporter.close()
     lines = out.file.getvalue().splitlines()
     assert lines[0] == "Compiled in [1.0] s.", "brackets are no markup"
+    assert lines.pop(1) == r"\udcff\x1b is gone", "a name of a file in bytes that are no text"
     assert 4 <= len(lines) - 1 <= 7, "every ten seconds and at the end"
     assert lines[1].startswith("1 k of 10 k steps, success 0.50 [") and "go_to_poi_A=2.50" in lines[1]
     assert "fitness best 0.60 mean 0.20" in lines[1] and lines[1].endswith("1:30 left")

@@ -3,6 +3,7 @@
 import contextlib
 import importlib
 import importlib.metadata
+import io
 import os
 import sys
 import warnings
@@ -34,6 +35,9 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Entry point; exits 0 when done, 2 on a user's mistake, 130 if interrupted after saving."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # What a terminal has no letters for is no reason to end; standard error is so from the start.
+        sys.stdout.reconfigure(errors="backslashreplace")
     sys.exit(run_command(sys.argv[1:]))
 
 
@@ -46,6 +50,7 @@ def run_command(words: list[str]) -> int:
         print(f"skillcrew {importlib.metadata.version('skillcrew')}")
         return 0
     try:
+        _check_text(words)
         if words[0] not in COMMANDS:
             raise unknown_name("command", words[0], COMMANDS)
         with _notices_as_lines():
@@ -65,6 +70,15 @@ def run_command(words: list[str]) -> int:
             raise
         print(f"skillcrew: {NO_MEMORY}", file=sys.stderr)
         return USER_MISTAKE
+
+
+def _check_text(words: list[str]) -> None:
+    """Refuses names of files in bytes that are no text: no other file could name them."""
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise UserError(f"'{word}': not written in UTF-8; rename it") from None
 
 
 @contextlib.contextmanager

@@ -10,6 +10,7 @@ from rich.live import Live
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, track
 from rich.table import Table
 
+from skillcrew.errors import one_line
 from skillcrew.experiment.score import score_among
 
 LINE_SECONDS = 10.0
@@ -149,7 +150,7 @@ class LineReporter:
     def close(self) -> None: ...
 
     def _print(self, line: str) -> None:
-        self._console.print(line, soft_wrap=True, highlight=False, markup=False)
+        self._console.print(one_line(line), soft_wrap=True, highlight=False, markup=False)
 
 
 class LiveReporter:
@@ -167,7 +168,7 @@ class LiveReporter:
         self._live.start()
 
     def note(self, line: str) -> None:
-        self._live.console.print(line, highlight=False, markup=False)
+        self._live.console.print(one_line(line), highlight=False, markup=False)
 
     def update(self, metrics: Mapping[str, np.ndarray], steps_per_second: float) -> None:
         summary = Summary(metrics, self._budget, steps_per_second)
