@@ -10,7 +10,9 @@ import skillcrew as sc
 from experiment import tiny
 from skillcrew.analysis import report
 from skillcrew.analysis.learning import learning_curve
+from skillcrew.analysis.page.contents import describe
 from skillcrew.analysis.report import write_figures, write_report, write_reports
+from skillcrew.errors import Notice
 
 
 @pytest.fixture
@@ -54,8 +56,8 @@ def test_several_runs_are_on_one_page(run, tmp_path, monkeypatch):
     (contents, pooled, title, _) = caught[0]
     assert [one.name for one in contents] == ["MADyS (run)", "MADyS (run-2)", "MADyS (other)"]
     assert title == "3 runs on rover-t2-c2" and len(pooled) == 1
-    assert pooled[0].runs == (0, 1, 2) and len(pooled[0].curve.per_seed) == 6
-    np.testing.assert_allclose(pooled[0].curve.band.mean, contents[0].curve.band.mean)
+    assert pooled[0].runs == (0, 1, 2) and len(pooled[0].curves.even.per_seed) == 6
+    np.testing.assert_allclose(pooled[0].curves.even.band.mean, contents[0].curves.even.band.mean)
 
 
 def test_the_curve_is_the_score_within_the_budget(run):
@@ -87,6 +89,22 @@ def test_the_skill_figures_show_the_recorded_choices(run, monkeypatch, tmp_path)
         assert names == ("go_to_poi_A", "go_to_poi_B")
         rate = evaluation.returns[index].mean()
         assert f"seed {tiny.SEEDS[index]}" in heading and f"{rate:.1%} of 20 episodes" in heading
+
+
+def test_where_metrics_are_lost_a_report_has_all_else(run, monkeypatch, tmp_path):
+    run.folder.metrics.unlink()
+    figures, pages = [], []
+    monkeypatch.setattr(report, "save", lambda figure, stem: figures.append(stem.name) or [stem])
+    monkeypatch.setattr(report, "skill_distribution", lambda *_: None)
+    monkeypatch.setattr(report, "shown_episodes", lambda _: [])
+    monkeypatch.setattr(report, "write_page", lambda *given: pages.append(given) or given[-1])
+    with pytest.warns(Notice, match=r"without a learning curve: .*metrics\.parquet: is not there"):
+        report.write_report(run, run.evaluate(20), tmp_path)
+    assert figures == [f"chosen_skills_seed_{seed}" for seed in tiny.SEEDS]
+    (contents, _, title, _) = pages[0]
+    described = describe(contents, [], title)
+    assert described["panels"] == [] and len(described["runs"][0]["scores"]["rows"]) == 3
+    assert report._pooled(2 * contents) == []
 
 
 def test_a_run_without_a_generation_in_its_budget_has_no_curve(run):

@@ -6,7 +6,7 @@ import numpy as np
 
 from skillcrew.analysis.curves import Curve
 from skillcrew.analysis.levels import Windows
-from skillcrew.analysis.statistics import mean_band
+from skillcrew.analysis.statistics import NoCurve, mean_band
 from skillcrew.errors import UserError
 from skillcrew.experiment.config import RunConfig
 from skillcrew.experiment.metrics import MOVE_AWAY, Columns
@@ -25,7 +25,13 @@ def learning_curve(
         logarithmic: whether the band is for a logarithmic axis of steps.
         budget: environment steps that the window is a share of, the same for all curves that are compared; by
             default the run's own.
+
+    Raises:
+        NoCurve: there are no rows to draw one of.
+        UserError: the metrics are damaged.
     """
+    if not run.folder.metrics.exists():
+        raise NoCurve(f"{run.folder.metrics}: is not there, and no learning curve can be drawn without it")
     columns = run.metrics()
     score = score_of(run.algorithm.env)
     if score.key not in columns:
@@ -33,7 +39,7 @@ def learning_curve(
         score = RETURN
     per_seed = [within_budget(columns, score, seed, run.config.steps) for seed in run.config.seeds]
     if min(len(steps) for steps, _ in per_seed) == 0:
-        raise UserError(
+        raise NoCurve(
             f"{run.folder.metrics}: a seed has no generation yet; train longer before drawing a curve"
         )
     return curve_over_seeds(label or run.algorithm.label, [run.config], per_seed, score, logarithmic, budget)

@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import json
 import textwrap
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,9 +12,11 @@ from skillcrew.analysis.canvas import save
 from skillcrew.analysis.curves import Curve, learning_curves
 from skillcrew.analysis.learning import curve_over_seeds, learning_curve
 from skillcrew.analysis.page.contents import Pooled, RunContents
+from skillcrew.analysis.page.panels import Curves
 from skillcrew.analysis.page.write import write_page
 from skillcrew.analysis.skill_figures import skill_distribution
-from skillcrew.errors import UserError
+from skillcrew.analysis.statistics import NoCurve
+from skillcrew.errors import Notice, UserError
 from skillcrew.experiment.evaluation import Evaluation
 from skillcrew.experiment.files import write_whole
 from skillcrew.experiment.recording import shown_episodes
@@ -30,7 +33,8 @@ WIDEST_LINE = 68
 def write_report(run: Run, evaluation: Evaluation, folder: Path | None = None) -> list[Path]:
     """Draws the learning curve over all seeds and each seed's chosen skills; writes the page and the scores.
 
-    The chosen skills are those that the champions really chose in the episodes of `evaluation`.
+    The chosen skills are those that the champions really chose in the episodes of `evaluation`. Where metrics
+    are lost there is no curve, and a notice says so.
 
     Returns:
         The files written, the page first.
@@ -74,8 +78,11 @@ def write_reports(runs: Sequence[Run], evaluations: Sequence[Evaluation], folder
 
 def write_figures(run: Run, evaluation: Evaluation, folder: Path) -> list[Path]:
     """Draws the learning curve and the chosen skills as PNG and PDF; writes the scores, which come last."""
-    title = _title(run)
-    written = save(learning_curves([learning_curve(run)], _title_of_curve(run)), folder / CURVE)
+    title, written = _title(run), []
+    try:
+        written += save(learning_curves([learning_curve(run)], _title_of_curve(run)), folder / CURVE)
+    except NoCurve as error:
+        warnings.warn(Notice(f"a report without a learning curve: {error}"), stacklevel=2)
     for seed, choices, reached in zip(evaluation.seeds, evaluation.choices, evaluation.per_seed, strict=True):
         heading = f"{title}, seed {seed}: {_said(evaluation, reached.mean)}"
         figure = skill_distribution(choices, run.algorithm.choices(), heading)
@@ -89,13 +96,12 @@ def write_figures(run: Run, evaluation: Evaluation, folder: Path) -> list[Path]:
 def seed_figures(run: Run) -> dict[int, dict[str, Path]]:
     """The figures that `write_report` drew last, as PNG: for each seed, by name."""
     folder = run.folder.report
-    return {
-        seed: {
-            "learning_curve": folder / f"{CURVE}.png",
-            "chosen_skills": folder / f"{_skills_of(seed)}.png",
-        }
-        for seed in run.config.seeds
-    }
+    found = {}
+    for seed in run.config.seeds:
+        stems = {"learning_curve": CURVE, "chosen_skills": _skills_of(seed)}
+        figures = {name: folder / f"{stem}.png" for name, stem in stems.items()}
+        found[seed] = {name: path for name, path in figures.items() if path.exists()}
+    return found
 
 
 def _skills_of(seed: int) -> str:
@@ -114,8 +120,11 @@ def _title_of_curve(run: Run) -> str:
 
 
 def _contents(run: Run, evaluation: Evaluation, name: str, budget: int) -> RunContents:
-    curves = [learning_curve(run, logarithmic=logarithmic, budget=budget) for logarithmic in (False, True)]
-    return RunContents(run, name, evaluation, *curves, shown_episodes(run))
+    curves = None
+    with contextlib.suppress(NoCurve):
+        curve, logarithmic = (learning_curve(run, logarithmic=axis, budget=budget) for axis in (False, True))
+        curves = Curves(curve, logarithmic)
+    return RunContents(run, name, evaluation, curves, shown_episodes(run))
 
 
 def _names(runs: Sequence[Run]) -> list[str]:
@@ -143,20 +152,23 @@ def _pooled(contents: Sequence[RunContents]) -> list[Pooled]:
     groups: dict[tuple[str, ...], list[int]] = {}
     for index, one in enumerate(contents):
         algorithm = one.run.algorithm
-        groups.setdefault((algorithm.label, algorithm.env.name, one.curve.score.key), []).append(index)
+        if one.curves is not None:
+            key = algorithm.label, algorithm.env.name, one.curves.even.score.key
+            groups.setdefault(key, []).append(index)
     pooled = []
     for places in groups.values():
         # Runs of budgets so unlike that no number of steps is in all of them have no mean.
         with contextlib.suppress(UserError):
             if len(places) > 1:
                 together = [contents[index] for index in places]
-                pooled.append(Pooled(tuple(places), _together(together, False), _together(together, True)))
+                curves = Curves(_together(together, False), _together(together, True))
+                pooled.append(Pooled(tuple(places), curves))
     return pooled
 
 
 def _together(contents: Sequence[RunContents], logarithmic: bool) -> Curve:
-    per_seed = [rows for one in contents for rows in one.curve.per_seed]
-    first = contents[0].curve
+    curves = [one.curves.even for one in contents if one.curves is not None]
+    per_seed, first = [rows for curve in curves for rows in curve.per_seed], curves[0]
     return curve_over_seeds(
         first.label, [one.run.config for one in contents], per_seed, first.score, logarithmic, None
     )

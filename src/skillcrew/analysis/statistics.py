@@ -11,6 +11,10 @@ from skillcrew.errors import UserError
 from skillcrew.intervals import Interval, t_interval, widened
 
 
+class NoCurve(UserError):
+    """There is nothing yet, or nothing left, to draw a curve of."""
+
+
 @dataclass(frozen=True, eq=False)
 class Band:
     """A mean curve with its 95 % interval at each point."""
@@ -55,7 +59,7 @@ def mean_band(
         episodes: of each value, if it is the share of them that succeeded.
 
     Raises:
-        UserError: a seed without any value, or seeds that share no range of steps.
+        NoCurve: a seed without any value, or seeds that share no range of steps.
         ValueError: no seeds, rows that do not match or do not increase, a bad `n_points` or `window`.
     """
     if not steps or len(steps) != len(values):
@@ -65,7 +69,7 @@ def mean_band(
     curves = [_measured(seed, *rows) for seed, rows in enumerate(zip(steps, values, strict=True))]
     first, last = max(x[0] for x, _ in curves), min(x[-1] for x, _ in curves)
     if first > last:
-        raise UserError(
+        raise NoCurve(
             f"the seeds share no range of environment steps: one begins at {first:g}, one ends at {last:g}"
         )
     spaced = np.geomspace if logarithmic else np.linspace
@@ -128,7 +132,7 @@ def _measured(
         raise ValueError(f"seed {seed}: steps and values must have as many rows, not {len(x)} and {len(y)}")
     kept = ~np.isnan(y)
     if not kept.any():
-        raise UserError(f"seed {seed} (counted from 0) has no value yet: there is no curve to draw")
+        raise NoCurve(f"seed {seed} (counted from 0) has no value yet: there is no curve to draw")
     x, y = x[kept], y[kept]
     # Written so that a NaN among the steps fails as well.
     if not (np.isfinite(x).all() and np.all(np.diff(x) > 0)):

@@ -54,4 +54,4 @@ def _conclude(finished: Run, tracking: Tracking, episodes: int) -> None:
         print(line[0].upper() + line[1:])
     written = write_report(finished, evaluation)
     print(f"Report: {written[0]} and {len(written) - 1} more in {finished.folder.report}")
-    tracking.conclude(evaluation, finished.metrics(), seed_figures(finished))
+    tracking.conclude(evaluation, finished.metrics, seed_figures(finished))

@@ -12,6 +12,7 @@ import numpy as np
 from experiment import tiny
 from skillcrew.analysis.curves import Curve
 from skillcrew.analysis.page.contents import RunContents
+from skillcrew.analysis.page.panels import Curves
 from skillcrew.analysis.statistics import mean_band
 from skillcrew.envs.environment import Environment, TimeStep
 from skillcrew.envs.scene import Discs, Labels, Lines, Points, Scene
@@ -129,4 +130,4 @@ def contents(env_class=Meadow) -> RunContents:
     completed = None if run.algorithm.env.success is None else rng.random((2, 30)) < 0.5
     evaluation = Evaluation(SEEDS, 30, rng.random((2, 30)), choices, completed)
     curve = a_curve(RETURN if completed is None else SUCCESS)
-    return RunContents(run, f"Walkers {EVIL}", evaluation, curve, curve, shown_episodes(run))
+    return RunContents(run, f"Walkers {EVIL}", evaluation, Curves(curve, curve), shown_episodes(run))

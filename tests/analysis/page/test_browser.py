@@ -23,7 +23,7 @@ ALL_DRAWN = """
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     one, other = meadow.contents(), meadow.contents(meadow.Bare)
-    pooled = [Pooled((0, 1), one.curve, one.logarithmic)]
+    pooled = [Pooled((0, 1), one.curves)]
     return write_page(
         [one, other], pooled, f"title {meadow.EVIL}", tmp_path_factory.mktemp("page") / "a.html"
     )

@@ -39,7 +39,7 @@ def concluded(tracking, log, folder):
         np.zeros((2, 4, 1, 1), int),
         np.array([[1, 1, 0, 0], [1, 0, 0, 0]], bool),
     )
-    tracking.conclude(evaluation, log.columns(), {seed: {"chosen_skills": picture} for seed in SEEDS})
+    tracking.conclude(evaluation, log.columns, {seed: {"chosen_skills": picture} for seed in SEEDS})
 
 
 def read(folder, seed):

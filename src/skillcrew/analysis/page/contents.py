@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int
 
-from skillcrew.analysis.curves import Curve
 from skillcrew.analysis.page.colours import both_grounds, colours_of_choices
 from skillcrew.analysis.page.packing import pack
-from skillcrew.analysis.page.panels import Line, describe_score, panels
+from skillcrew.analysis.page.panels import Curves, Line, describe_score, panels
 from skillcrew.analysis.page.scenery import describe_scene, pack_episodes
 from skillcrew.analysis.skill_figures import readable_skill
 from skillcrew.analysis.statistics import skill_shares
@@ -38,9 +37,8 @@ class RunContents:
     name: str
     """Tells it from the others on the page."""
     evaluation: Evaluation
-    curve: Curve
-    logarithmic: Curve
-    """The same, with its band even on a logarithmic axis."""
+    curves: Curves | None
+    """None where its metrics are lost."""
     shown: Sequence[Shown]
 
 
@@ -50,8 +48,7 @@ class Pooled:
 
     runs: tuple[int, ...]
     """Their places among the runs of the page."""
-    curve: Curve
-    logarithmic: Curve
+    curves: Curves
 
 
 def describe(runs: Sequence[RunContents], pooled: Sequence[Pooled], title: str) -> dict[str, Any]:
@@ -64,12 +61,16 @@ def describe(runs: Sequence[RunContents], pooled: Sequence[Pooled], title: str) 
 
 
 def _panels(runs: Sequence[RunContents], pooled: Sequence[Pooled]) -> list[dict[str, Any]]:
-    lines = [Line(one.run.algorithm.env.name, one.name, one.curve, one.logarithmic) for one in runs]
+    lines = {
+        index: Line(one.run.algorithm.env.name, one.name, one.curves)
+        for index, one in enumerate(runs)
+        if one.curves is not None
+    }
     together = []
     for many in pooled:
-        label = f"{many.curve.label}, {len(many.runs)} runs"
+        label = f"{many.curves.even.label}, {len(many.runs)} runs"
         environment = runs[many.runs[0]].run.algorithm.env.name
-        together.append((many.runs, Line(environment, label, many.curve, many.logarithmic)))
+        together.append((many.runs, Line(environment, label, many.curves)))
     return panels(lines, together)
 
 

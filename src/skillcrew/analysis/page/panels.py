@@ -1,7 +1,7 @@
 """Learning curves as plain values: a panel for each environment and kind of score."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,34 +17,42 @@ MOST_ROWS = 400
 
 
 @dataclasses.dataclass(frozen=True)
+class Curves:
+    """A curve for either axis of steps."""
+
+    even: Curve
+    logarithmic: Curve
+    """The same, with its band even on a logarithmic axis."""
+
+
+@dataclasses.dataclass(frozen=True)
 class Line:
     """One entry of a panel."""
 
     environment: str
     name: str
     """Tells it from the others of its panel."""
-    curve: Curve
-    logarithmic: Curve
-    """The same, with its band even on a logarithmic axis."""
+    curves: Curves
 
 
 def panels(
-    lines: Sequence[Line], pooled: Sequence[tuple[tuple[int, ...], Line]] = ()
+    lines: Mapping[int, Line], pooled: Sequence[tuple[tuple[int, ...], Line]] = ()
 ) -> list[dict[str, Any]]:
     """All panels, ready for JSON.
 
     Args:
-        pooled: curves over several runs, with the places of these among `lines`.
+        lines: by the place of their run among all.
+        pooled: curves over several runs, with the places of these.
     """
     found: dict[tuple[str, str], dict[str, Any]] = {}
-    for index, line in enumerate(lines):
-        score = line.curve.score
+    for index, line in lines.items():
+        score = line.curves.even.score
         fresh = {"environment": line.environment, "score": describe_score(score), "curves": [], "pooled": []}
         panel = found.setdefault((line.environment, score.key), fresh)
-        panel["curves"].append({"run": index, **_curve(line.name, line.curve, line.logarithmic)})
+        panel["curves"].append({"run": index, **_curve(line)})
     for runs, line in pooled:
-        panel = found[line.environment, line.curve.score.key]
-        panel["pooled"].append({"runs": list(runs), **_curve(line.name, line.curve, line.logarithmic)})
+        panel = found[line.environment, line.curves.even.score.key]
+        panel["pooled"].append({"runs": list(runs), **_curve(line)})
     return list(found.values())
 
 
@@ -54,10 +62,11 @@ def describe_score(score: Score) -> dict[str, Any]:
     return {"label": score.label, "word": score.word, "ends": ends, "decimals": score.decimals}
 
 
-def _curve(label: str, curve: Curve, logarithmic: Curve) -> dict[str, Any]:
+def _curve(line: Line) -> dict[str, Any]:
+    curve, logarithmic = line.curves.even, line.curves.logarithmic
     rows = [thinned(steps, values) for steps, values in curve.per_seed]
     return {
-        "label": label,
+        "label": line.name,
         "band": _band(curve.band),
         "logarithmic": _band(logarithmic.band),
         "seeds": [{"steps": short(steps, 6), "values": short(values)} for steps, values in rows],

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from skillcrew.analysis.learning import curve_over_seeds, within_budget
-from skillcrew.analysis.page.panels import Line, panels, thinned
+from skillcrew.analysis.page.panels import Curves, Line, panels, thinned
 from skillcrew.analysis.studio.about import About
 from skillcrew.analysis.studio.glance import Glances
 from skillcrew.analysis.studio.remembered import Remembered, stamp
@@ -56,7 +56,7 @@ class LiveCurves:
                 lines.append(line)
             else:
                 missing.append([name, line])
-        return {"panels": panels(lines), "missing": missing}
+        return {"panels": panels(dict(enumerate(lines))), "missing": missing}
 
     def _line(self, name: str, folder: RunFolder, about: About, budget: int) -> Line | str:
         """The curves, or why there are none."""
@@ -88,4 +88,4 @@ class LiveCurves:
                 curve_over_seeds(name, [about.config], per_seed, score, logarithmic, budget)
                 for logarithmic in (False, True)
             ]
-        return Line(about.environment, name, *curves)
+        return Line(about.environment, name, Curves(*curves))

@@ -37,12 +37,15 @@ class Record:
         self._reach(generation=int(columns["generation"].max()))
 
     def conclude(
-        self, evaluation: Evaluation, columns: Columns, figures: Mapping[int, Mapping[str, Path]]
+        self,
+        evaluation: Evaluation,
+        columns: Callable[[], Columns],
+        figures: Mapping[int, Mapping[str, Path]],
     ) -> None:
         """Once for the generation that it has come to."""
         if self.reached.concluded == self.reached.generation:
             return
-        steps = {seed: int(rows["environment_steps"].max()) for seed, rows in _by_seed(columns)}
+        steps = {seed: int(rows["environment_steps"].max()) for seed, rows in _by_seed(columns())}
         for seed in evaluation.seeds:
             self.tracker.conclude(seed, steps[seed], _scores(evaluation, seed), figures[seed])
         self.tracker.flush()
@@ -93,12 +96,15 @@ class Tracking:
         self._each(lambda record: record.take(log))
 
     def conclude(
-        self, evaluation: Evaluation, columns: Columns, figures: Mapping[int, Mapping[str, Path]]
+        self,
+        evaluation: Evaluation,
+        columns: Callable[[], Columns],
+        figures: Mapping[int, Mapping[str, Path]],
     ) -> None:
         """The run is at its end.
 
         Args:
-            columns: all its metrics.
+            columns: reads all its metrics.
             figures: of each seed, those of the report, as PNG and by name.
         """
         self._each(lambda record: record.conclude(evaluation, columns, figures))
