@@ -171,10 +171,12 @@ class Damages:
         if not command.startswith("resume"):
             return ""
         found = ending(self.room / "run")
-        differing = sorted(set(found) ^ set(expected.arrays)) or [
+        names = {*found, *expected.arrays}
+        counted = [name for name in sorted(names) if not (gone and name.startswith("metrics: "))]
+        differing = [
             name
-            for name, values in found.items()
-            if not same(values, expected.arrays[name]) and not (gone and name.startswith("metrics: "))
+            for name in counted
+            if not (name in found and name in expected.arrays and same(found[name], expected.arrays[name]))
         ]
         return f"different: {differing}" if differing else ""
 

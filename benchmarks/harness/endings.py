@@ -12,10 +12,11 @@ from skillcrew.experiment.generation import shapes
 
 
 def ending(folder: Path) -> dict[str, np.ndarray]:
-    """All columns of the metrics and all arrays of the last checkpoint, by name."""
+    """All columns of the metrics, where they are not lost, and all arrays of the last checkpoint, by name."""
     run = sc.Run(folder)
     arrays, _ = Checkpoints(run.folder.checkpoints).read(shapes(run.algorithm, run.config))
-    columns = {f"metrics: {name}": values for name, values in run.metrics().items()}
+    metrics = run.metrics() if run.folder.metrics.exists() else {}
+    columns = {f"metrics: {name}": values for name, values in metrics.items()}
     return columns | {name: np.asarray(array) for name, array in arrays.items()}
 
 
