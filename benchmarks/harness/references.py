@@ -93,9 +93,13 @@ class References:
         """
 
         def work() -> int:
-            jax.config.update("jax_compilation_cache_dir", None if cold else str(self._place / "compiled"))
             # Who is killed while it writes a compiled program leaves half of it to others.
-            jax.config.update("jax_persistent_cache_min_compile_time_secs", 0 if fills else 1e9)
+            place, least = None if cold else str(self._place / "compiled"), 0 if fills else 1e9
+            jax.config.update("jax_compilation_cache_dir", place)
+            jax.config.update("jax_persistent_cache_min_compile_time_secs", least)
+            # From here the processes that it starts have it.
+            os.environ["JAX_COMPILATION_CACHE_DIR"] = place or ""
+            os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = str(least)
             return run_command(list(words))
 
         return forked(work, after, befall)
