@@ -16,6 +16,9 @@ from skillcrew.experiment.trackers.tracker import Tracked, Tracker, tracker_clas
 
 WITHOUT = "The run goes on without this record; a later `skillcrew resume` fills the gap."
 
+Figures = Mapping[int, Mapping[str, Path]]
+"""Of each seed, those of the report, as PNG and by name."""
+
 
 @dataclasses.dataclass
 class Record:
@@ -36,12 +39,7 @@ class Record:
         self.tracker.flush()
         self._reach(generation=int(columns["generation"].max()))
 
-    def conclude(
-        self,
-        evaluation: Evaluation,
-        columns: Callable[[], Columns],
-        figures: Mapping[int, Mapping[str, Path]],
-    ) -> None:
+    def conclude(self, evaluation: Evaluation, columns: Callable[[], Columns], figures: Figures) -> None:
         """Once for the generation that it has come to."""
         if self.reached.concluded == self.reached.generation:
             return
@@ -95,17 +93,11 @@ class Tracking:
         """The log has grown, and a checkpoint holds what it tells of."""
         self._each(lambda record: record.take(log))
 
-    def conclude(
-        self,
-        evaluation: Evaluation,
-        columns: Callable[[], Columns],
-        figures: Mapping[int, Mapping[str, Path]],
-    ) -> None:
+    def conclude(self, evaluation: Evaluation, columns: Callable[[], Columns], figures: Figures) -> None:
         """The run is at its end.
 
         Args:
             columns: reads all its metrics.
-            figures: of each seed, those of the report, as PNG and by name.
         """
         self._each(lambda record: record.conclude(evaluation, columns, figures))
 
