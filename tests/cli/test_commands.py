@@ -374,6 +374,15 @@ def test_a_page_of_several_runs(copied, capsys, tmp_path, monkeypatch):
     assert "--checkpoint 1: is of one run; give one RUN" in capsys.readouterr().err
 
 
+def test_a_run_whose_metrics_are_lost_is_taken_to_its_end(copied, capsys, monkeypatch):
+    (copied / "metrics.parquet").unlink()
+    monkeypatch.setattr("skillcrew.cli.conclusion.write_report", lambda *_: [copied / "report.html"])
+    assert call(["resume", str(copied), "--report-episodes", "4"]) == 0
+    captured = capsys.readouterr()
+    assert "metrics.parquet is gone, and with it all rows" in captured.err
+    assert "on 4 fresh episodes per seed" in captured.out
+
+
 def test_list_as_text_and_as_json(capsys):
     assert call(["list"]) == 0
     text = capsys.readouterr().out

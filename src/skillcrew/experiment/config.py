@@ -25,7 +25,7 @@ MOST_AT_ONCE = 1_000_000
 
 
 OF_SESSION = ("max_seconds", "warning_signal", "on_bad_numbers", "trackers")
-"""Fields of a run that may differ from session to session: none of them asks for other numbers."""
+"""Fields of a run that may differ from session to session: while all numbers are finite, none changes any."""
 
 
 @dataclasses.dataclass(frozen=True)
