@@ -10,60 +10,20 @@ pendulum replays episodes of theirs, and must give the same observations, reward
 import argparse
 import dataclasses
 import json
-import os
 import statistics
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from benchmarks import evorl_page
 from benchmarks.evorl_race import Settings
+from benchmarks.talking import Process, say
 
 HERE = Path(__file__).parent
 OPTIONS = ("budget", "population", "episodes", "updates_per_episode", "learning_rate")
 """Settings that the command line can change."""
 TOLERANCE = 1e-4
 """Largest difference between the two pendulums that is put down to rounding."""
-
-
-class Process:
-    """One side. It works only while `ask` waits for it."""
-
-    def __init__(self, name: str, command: list[str]):
-        self.name = name
-        self._log = tempfile.TemporaryFile("w+")  # noqa: SIM115  It lives as long as the process.
-        self._process = subprocess.Popen(
-            command,
-            cwd=HERE.parent,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._log,
-            text=True,
-            bufsize=1,
-        )
-        self.ready = self._reply()
-        """Seconds it took to compile, and versions."""
-
-    def ask(self, **command: Any) -> dict[str, Any]:
-        """Its answer to one command."""
-        assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps(command) + "\n")
-        return self._reply()
-
-    def close(self) -> None:
-        """Ends the process."""
-        self._process.communicate()
-
-    def _reply(self) -> dict[str, Any]:
-        assert self._process.stdout is not None
-        line = self._process.stdout.readline()
-        if not line:
-            self._log.seek(0)
-            raise SystemExit(f"{self.name} stopped:\n{self._log.read()[-2000:]}")
-        return json.loads(line)
 
 
 def start(settings: Settings, python: Path, source: Path) -> list[Process]:
@@ -107,10 +67,6 @@ def measure(processes: list[Process], seeds: range) -> dict[str, list[dict[str, 
                 f"mean of the learner's curve {statistics.mean(row['learner'] for row in run['curve']):.0f}"
             )
     return runs
-
-
-def say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
 
 
 def parse() -> argparse.Namespace:

@@ -5,10 +5,10 @@ Nothing of either library is imported here, for each side runs in an interpreter
 
 import dataclasses
 import json
-import os
-import sys
 import time
 from typing import Any, Protocol
+
+from benchmarks import talking
 
 TIME_LIMIT = 200
 """Steps of an episode of Pendulum-v1."""
@@ -97,26 +97,22 @@ def run(side: Side, seed: int, settings: Settings) -> dict[str, Any]:
 
 
 def serve(make: Any, settings: Settings) -> None:
-    """Answers commands from standard input, one line of JSON each, until there are no more.
+    """Compiles a side, says how long that took, and answers the program above."""
 
-    Libraries print as they please; what they print goes to standard error, so that standard output
-    has nothing but answers.
-    """
-    answers = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(2, 1)
-    side: Side = make(settings)
-    clock, own_clock = time.perf_counter(), time.process_time()
-    side.compile()
-    wall, processor = time.perf_counter() - clock, time.process_time() - own_clock
-    ready = {"wall": wall, "processor": processor, "versions": side.versions()}
-    answers.write(json.dumps(ready) + "\n")
-    for line in sys.stdin:
-        command = json.loads(line)
-        if command["do"] == "run":
-            answer = run(side, command["seed"], settings)
-        else:
-            answer = side.parity(command.get("record"))
-        answers.write(json.dumps(answer) + "\n")
+    def start() -> tuple[dict[str, Any], Any]:
+        side: Side = make(settings)
+        clock, own_clock = time.perf_counter(), time.process_time()
+        side.compile()
+        wall, processor = time.perf_counter() - clock, time.process_time() - own_clock
+
+        def answer(command: dict[str, Any]) -> dict[str, Any]:
+            if command["do"] == "run":
+                return run(side, command["seed"], settings)
+            return side.parity(command.get("record"))
+
+        return {"wall": wall, "processor": processor, "versions": side.versions()}, answer
+
+    talking.serve(start)
 
 
 def settings_of(text: str) -> Settings:
