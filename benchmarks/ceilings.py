@@ -15,7 +15,7 @@ from pathlib import Path
 import jax
 import numpy as np
 from benchmarks.search_alone import search
-from benchmarks.told import told_shares
+from benchmarks.told import GUESSING, SPLIT, TOGETHER, told_shares
 
 from skillcrew.algorithms.open_loop import OpenLoop, OpenLoopConfig
 from skillcrew.experiment.reproduction import SETS, environments_of
@@ -23,6 +23,7 @@ from skillcrew.experiment.run import Run
 
 EPISODES = 1000
 STEPS = 10_000_000
+VARIANTS = (TOGETHER, SPLIT, GUESSING)
 
 
 def told(folder: Path) -> dict[str, float]:
@@ -55,16 +56,14 @@ def main() -> int:
         print(__doc__, file=sys.stderr)
         return 2
     runs = Path(sys.argv[1]) / "runs"
-    print("| task | told, together | told, split | timetables, one each | one for all | MADyS+ |")
-    print("|---|---|---|---|---|---|")
+    print("| task | told, together | split | guessing | timetables, one each | one for all | MADyS+ |")
+    print("|---|---|---|---|---|---|---|")
     for environment in (name for figure in SETS["frontier"] for name in environments_of(figure)):
         best = runs / environment / "madys-plus"
         if not (best / "report" / "scores.json").is_file():
             continue
         ceilings = told(best)
-        cells = [
-            f"{ceilings[variant]:.3f}" if variant in ceilings else "" for variant in ("together", "split")
-        ]
+        cells = [f"{ceilings[variant]:.3f}" if variant in ceilings else "" for variant in VARIANTS]
         for sharing in ("agent", "team"):
             cells.append(" ".join(f"{share:.3f}" for share in timetables(best, sharing)))
         cells.append(success(best))

@@ -21,7 +21,7 @@ from skillcrew.envs.rover.world import RoverDomain
 from skillcrew.policies.actor import Actor
 from skillcrew.policies.dispatch import apply_skills
 
-TOGETHER, SPLIT = "together", "split"
+TOGETHER, SPLIT, GUESSING = "together", "split", "guessing"
 LAST = 1_000_000
 """Beyond every stage, and in metres beyond every distance."""
 
@@ -34,7 +34,9 @@ def variants(config: RoverConfig) -> tuple[str, ...]:
         all(sum(pair) * kind.coupling <= kind.rovers for kind in config.crew)
         for pair in itertools.pairwise(sizes)
     ]
-    return (TOGETHER, SPLIT) if any(fits) else (TOGETHER,)
+    if not any(fits):
+        return (TOGETHER,)
+    return (TOGETHER, SPLIT, GUESSING) if config.order == "drawn" else (TOGETHER, SPLIT)
 
 
 def told_shares(env: RoverDomain, skills: Actor, key: Key[Array, ""], episodes: int) -> dict[str, float]:
@@ -62,7 +64,8 @@ def told_rollout(
     Args:
         skills: leaves have a leading skill axis.
         variant: TOGETHER sends all rovers to the types of the next stage; SPLIT sends those who are not
-            needed there ahead to the stage after it, where there are enough for both.
+            needed there ahead to the stage after it, where there are enough for both; GUESSING sends them to
+            the first of the other types, for no sensor tells which of a drawn order comes after the next.
         names: which skills these are, in their order; by default all of the environment's.
     """
     skill_names = names or env.skills
@@ -124,11 +127,13 @@ def wanted(
     crew: Ranks,
     variant: str,
 ) -> Bool[Array, "types worlds"]:
-    """The types to head for: those of the next stage and, if split and enough, of the one after it."""
+    """The types to head for: those of the next stage and, if split and enough, of another one after it."""
     left = jnp.where(done, LAST, stage)
     now = left == left.min(0)[None]
     if variant == TOGETHER:
         return now
+    if variant == GUESSING:
+        left = jnp.where(done, LAST, jnp.arange(len(stage), dtype=stage.dtype)[:, None])
     later = jnp.where(now, LAST, left)
     both = now | ((later == later.min(0)[None]) & (later < LAST))
     types = both.sum(0, dtype=jnp.int32)

@@ -4,7 +4,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from benchmarks.told import SPLIT, TOGETHER, assigned, stages, targets, told_rollout, variants, wanted
+from benchmarks.told import (
+    GUESSING,
+    SPLIT,
+    TOGETHER,
+    assigned,
+    stages,
+    targets,
+    told_rollout,
+    variants,
+    wanted,
+)
 
 from oracles.analytic_skills import go_to_skills
 from oracles.rover_cases import NEVER
@@ -85,6 +95,17 @@ def test_a_split_team_sends_ahead_whom_it_can_spare() -> None:
     assert sent(four, SPLIT, **{**told, "breaks_at": [NEVER, NEVER, NEVER, 0]})[:3] == "BBB"
 
 
+def test_a_guessing_team_sends_ahead_without_knowing_the_order() -> None:
+    four = Scene(n_agents=4, n_poi_types=4, spatial_coupling=2, order="drawn")
+    rovers = [(1.0, 1.0), (1.0, 2.0), (19.0, 1.0), (19.0, 2.0)]
+    told = dict(rovers=rovers, order=[2, 0, 3, 1])
+    # After B comes D, and C is last: nobody is sent to D, for nobody knows.
+    assert sent(four, GUESSING, **told) == "AABB"
+    assert sent(four, GUESSING, **{**told, "order": [3, 1, 2, 0]}) == "AADD"
+    assert sent(four, GUESSING, **told, observed=[False, True, False, True]) == "AACC"
+    assert sent(four, GUESSING, **told, observed=[True, True, False, True]) == "CCCC"
+
+
 def test_parents_say_which_type_comes_next() -> None:
     scene = Scene(n_poi_types=3, parents={"A": ("C",), "B": ("A",)})
     one = scene.state(pois=CORNERS[:3], rovers=[(0.0, 0.0)])
@@ -99,20 +120,20 @@ def test_parents_say_which_type_comes_next() -> None:
 
 
 @pytest.mark.parametrize(
-    "name, both",
+    "name, further",
     [
-        ("rover-t3-c3", True),
-        ("rover-t3-c2", True),
-        ("rover-t2-c2", False),
-        ("rover-t1-c3", False),
-        ("rover-t4-c3-simultaneous", False),
-        ("rover-t3-c3-drawn", True),
-        ("rover-t2-crew", False),
-        ("rover-t3-crew", True),
+        ("rover-t3-c3", (SPLIT,)),
+        ("rover-t3-c2", (SPLIT,)),
+        ("rover-t2-c2", ()),
+        ("rover-t1-c3", ()),
+        ("rover-t4-c3-simultaneous", ()),
+        ("rover-t3-c3-drawn", (SPLIT, GUESSING)),
+        ("rover-t2-crew", ()),
+        ("rover-t3-crew", (SPLIT,)),
     ],
 )
-def test_only_teams_with_rovers_for_two_stages_can_split(name: str, both: bool) -> None:
-    assert variants(make(name).config) == ((TOGETHER, SPLIT) if both else (TOGETHER,))
+def test_only_teams_with_rovers_for_two_stages_can_split(name: str, further: tuple[str, ...]) -> None:
+    assert variants(make(name).config) == (TOGETHER, *further)
 
 
 @pytest.mark.parametrize(
@@ -120,6 +141,7 @@ def test_only_teams_with_rovers_for_two_stages_can_split(name: str, both: bool) 
     [
         (TOGETHER, dict(simultaneous=(("A", "B"),), breakdowns=1, n_agents=3)),
         (SPLIT, dict(order="drawn", poi_speed=0.2, n_agents=2)),
+        (GUESSING, dict(order="drawn", n_agents=2)),
         (SPLIT, dict(rover_types=CREW)),
     ],
 )
