@@ -6,8 +6,8 @@
 Small runs are trained, resumed, evaluated, shown, reported and compared in random order, and thrown away.
 After each command the process is looked at: memory that it holds, open files, threads, processes that it
 started. Prints a row now and then; the last line says from what to what each of them grew, in the median of
-the second quarter of the commands and of the last. Exits with 1 if a command failed, if files, threads or
-processes grew, or memory by more than a tenth.
+the third quarter of the commands and of the last: in the first half caches fill, which have bounds. Exits
+with 1 if a command failed, if files, threads or processes grew, or memory by more than 3 %.
 """
 
 import argparse
@@ -37,8 +37,8 @@ ALGORITHMS = ("madys", "ea", "td3", "mappo")
 SECONDS = 600
 """That a command may take."""
 ROW_EVERY = 20
-MORE_MEMORY = 0.1
-"""Share by which it may grow."""
+MORE_MEMORY = 0.03
+"""Share by which it may grow from the third quarter to the last; in an hour, a leak of 0.8 MiB a command."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -99,9 +99,9 @@ def soak(place: Path, seconds: float, seed: int) -> tuple[list[Held], list[str]]
 
 
 def growth(held: Sequence[Held]) -> dict[str, tuple[float, float]]:
-    """The median of each in the second quarter and in the last."""
+    """The median of each in the third quarter and in the last."""
     quarter = max(len(held) // 4, 1)
-    early, late = held[quarter : 2 * quarter] or held, held[-quarter:]
+    early, late = held[-2 * quarter : -quarter] or held, held[-quarter:]
     return {
         field.name: (
             statistics.median(getattr(one, field.name) for one in early),
@@ -111,6 +111,12 @@ def growth(held: Sequence[Held]) -> dict[str, tuple[float, float]]:
     }
 
 
+def is_flat(grown: dict[str, tuple[float, float]]) -> bool:
+    """Whether nothing grew but memory, and that no more than it may."""
+    allowed = {"memory": 1 + MORE_MEMORY}
+    return all(late <= early * allowed.get(name, 1) for name, (early, late) in grown.items())
+
+
 def main() -> int:
     arguments = parse_arguments()
     with tempfile.TemporaryDirectory(prefix="soak-") as name:
@@ -118,8 +124,7 @@ def main() -> int:
     grown = growth(held)
     said = ", ".join(f"{name} {early:.0f} to {late:.0f}" for name, (early, late) in grown.items())
     print(f"{len(held)} commands, {len(wrong)} failed: {said} (seed {arguments.seed})")
-    share = {name: late / max(early, 1) - 1 for name, (early, late) in grown.items()}
-    return int(bool(wrong) or share.pop("memory") > MORE_MEMORY or max(share.values()) > 0)
+    return int(bool(wrong) or not is_flat(grown))
 
 
 def parse_arguments() -> argparse.Namespace:
