@@ -12,8 +12,9 @@ and given again. The metrics, column by column, and all arrays of the final chec
 keys, buffer, populations), the report's scores and the comparison's table must be those of who was left in
 peace, bit for bit.
 
-Prints a row per kill: what was killed, when, what it was doing, and the verdict; the last line counts. Exits
-with 1 on any difference.
+Prints a row per kill: what was killed, when, what it was doing, and the verdict; the last line counts. A
+command that had ended before it could be killed is compared as well and does not count. Exits with 1 on any
+difference.
 """
 
 import dataclasses
@@ -49,13 +50,19 @@ class Case:
     cold: bool
 
 
+TOO_LATE = "nothing, it was done"
+
+
 def problem_of(references: References, case: Case, folder: Path) -> tuple[str, str]:
     """What was going on at the kill, and how the end differs from an undisturbed one, or nothing."""
     command, algorithm = case.command, case.algorithm
     _, warm, cold = references.of(command, algorithm)
     duration = cold if case.cold else warm
     killed = references.run(references.words(command, algorithm, folder), case.cold, case.first * duration)
-    during = "nothing, it was done" if killed.code is not None else activity(folder)
+    during = activity(folder)
+    if killed.code is not None:
+        during = TOO_LATE
+        references.took(command, algorithm, case.cold, killed.seconds)
     if case.second is not None:
         again = references.again(command, algorithm, folder)
         references.run(again, case.cold, case.second * duration)
@@ -71,17 +78,28 @@ def draw_case(number: int, algorithms: Sequence[str], dice: random.Random) -> Ca
 
 
 def run_kills(place: Path, count: int, seed: int, algorithms: Sequence[str]) -> tuple[str, int]:
-    """Kills so many commands; the line that sums it up, and how many ended differently."""
-    references, dice, different = References(place), random.Random(seed), 0
+    """Kills so many commands; the line that sums it up, and how many ended differently.
+
+    Raises:
+        SystemExit: as many as that ended before they could be killed.
+    """
+    references, dice = References(place), random.Random(seed)
     served = references.serving(algorithms)
-    for number in range(count):
-        case = draw_case(number, served, dice)
-        during, problem = problem_of(references, case, place / f"case-{number}")
+    killed = late = different = 0
+    while killed < count:
+        case = draw_case(killed, served, dice)
+        during, problem = problem_of(references, case, place / f"case-{killed}-{late}")
         different += bool(problem)
         what = case.command if case.command == "compare" else f"{case.command} {case.algorithm}"
         twice = " and again" if case.second is not None else ""
-        print(f"{number:>4}  {what:<18} {during + twice:<32} {problem or 'same bits'}", flush=True)
-    summary = f"{count} kills: {count - different} equal, {different} different (seed {seed})"
+        print(f"{killed:>4}  {what:<18} {during + twice:<32} {problem or 'same bits'}", flush=True)
+        if during != TOO_LATE:
+            killed += 1
+        elif (late := late + 1) > count:
+            raise SystemExit(f"{late} commands ended before they could be killed")
+    beside = f"; {late} more had ended before" if late else ""
+    ended = killed + late
+    summary = f"{killed} kills: {ended - different} equal, {different} different{beside} (seed {seed})"
     return summary, different
 
 

@@ -44,7 +44,7 @@ class References:
         Raises:
             RuntimeError: the command fails.
         """
-        name = command if command == "compare" else f"{command}-{algorithm}"
+        name = self._name(command, algorithm)
         if name not in self._known:
             folders = [self._place / f"{name}-{number}" for number in range(2)]
             words = [self.words(command, algorithm, folder) for folder in folders]
@@ -57,6 +57,13 @@ class References:
             self._known[name] = expected, warm.seconds, cold.seconds
             print(f"{name}: {warm.seconds:.1f} s, {cold.seconds:.1f} s with compiling", flush=True)
         return self._known[name]
+
+    def took(self, command: str, algorithm: str, cold: bool, seconds: float) -> None:
+        """A command has ended by itself after so many seconds, sooner than its reference had."""
+        name = self._name(command, algorithm)
+        expected, warm_before, cold_before = self._known[name]
+        warm_seconds, cold_seconds = (warm_before, seconds) if cold else (seconds, cold_before)
+        self._known[name] = expected, warm_seconds, cold_seconds
 
     def words(self, command: str, algorithm: str, folder: Path) -> list[str]:
         """A command line that writes all into `folder`."""
@@ -103,6 +110,9 @@ class References:
             return run_command(list(words))
 
         return forked(work, after, befall)
+
+    def _name(self, command: str, algorithm: str) -> str:
+        return command if command == "compare" else f"{command}-{algorithm}"
 
     def ending(self, folder: Path) -> dict[str, str]:
         """Digests of all below a folder that must be the same."""

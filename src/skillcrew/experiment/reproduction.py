@@ -54,7 +54,7 @@ STEPS: Mapping[str, Mapping[tuple[str, ...], int]] = {
     "rover-t3-c12": {COMMITTED: 4_000_000},
     "rover-t2-c2-tight": {COMMITTED: 10_000_000},
     "rover-t3-c3-tight": {COMMITTED: 10_000_000},
-    "rover-t3-c3-drawn": {COMMITTED: 10_000_000},
+    "rover-t3-c3-drawn": {COMMITTED: 30_000_000},
     "rover-t4-c3-simultaneous": {COMMITTED: 15_000_000},
     "rover-t2-c2-moving": {COMMITTED: 10_000_000},
     "rover-t4-c3-breakdown": {COMMITTED: 10_000_000},
