@@ -5,7 +5,7 @@
 
 Small runs are trained, resumed, evaluated, shown, reported and compared in random order, and thrown away.
 After each command the process is looked at: memory that it holds, open files, threads, processes that it
-started. Prints a row now and then; the last line says from what to what each of them grew, in the median of
+started. Prints a row for each; the last line says from what to what each of them grew, in the median of
 the third quarter of the commands and of the last: in the first half caches fill, which have bounds. Exits
 with 1 if a command failed, if files, threads or processes grew, or memory by more than 3 %.
 """
@@ -30,13 +30,13 @@ import psutil
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
 from benchmarks.harness.options import harness_parser
-from benchmarks.harness.small_runs import compare_words, train_words
+from benchmarks.harness.small_runs import OF_RUN, compare_words, train_words
 from benchmarks.harness.watching import observe
 
 ALGORITHMS = ("madys", "ea", "td3", "mappo")
 SECONDS = 600
 """That a command may take."""
-ROW_EVERY = 20
+STEPS = OF_RUN["steps"]
 MORE_MEMORY = 0.03
 """Share by which it may grow from the third quarter to the last; in an hour, a leak of 0.8 MiB a command."""
 
@@ -63,23 +63,35 @@ class Held:
 
 
 def commands(place: Path, dice: random.Random) -> Iterator[list[str]]:
-    """Command lines without end, each of which can be given once those before it have been."""
-    runs: list[Path] = []
+    """Command lines without end, each of which can be given once those before it have been.
+
+    The last are as much work as the first: a run is resumed for as many steps each time, and lives no longer
+    than until the fourth after it is trained.
+    """
+    runs: dict[Path, int] = {}
     number = 0
     while True:
         number += 1
         command = dice.choice(("train", "resume", "evaluate", "show", "report", "compare"))
         if command == "train" or not runs:
-            runs.append(place / f"run-{number}")
-            yield train_words(dice.choice(ALGORITHMS), runs[-1])
+            run = place / f"run-{number}"
+            runs[run] = STEPS
+            yield train_words(dice.choice(ALGORITHMS), run)
         elif command == "compare":
             yield compare_words(place / f"compared-{number}")
         else:
-            further = {"resume": ["--steps", str(2000 + 100 * number), "--report-episodes", "20"]}
-            episodes = {name: ["--episodes", "20"] for name in ("evaluate", "report")}
-            yield [command, str(dice.choice(runs)), *{**further, **episodes}.get(command, [])]
+            run = dice.choice(list(runs))
+            further = []
+            if command == "resume":
+                runs[run] += STEPS // 4
+                further = ["--steps", str(runs[run]), "--report-episodes", "20"]
+            elif command != "show":
+                further = ["--episodes", "20"]
+            yield [command, str(run), *further]
         if len(runs) > 4:
-            shutil.rmtree(runs.pop(0), ignore_errors=True)
+            oldest = next(iter(runs))
+            del runs[oldest]
+            shutil.rmtree(oldest, ignore_errors=True)
 
 
 def soak(place: Path, seconds: float, seed: int) -> tuple[list[Held], list[str]]:
@@ -93,8 +105,7 @@ def soak(place: Path, seconds: float, seed: int) -> tuple[list[Held], list[str]]
             wrong.append(f"{words}: {outcome}")
             print(wrong[-1], flush=True)
         held.append(Held.now())
-        if len(held) % ROW_EVERY == 1:
-            print(f"{len(held):>5}  {held[-1]}", flush=True)
+        print(f"{len(held):>5}  {words[0]:<9} {held[-1]}", flush=True)
     return held, wrong
 
 

@@ -1,9 +1,12 @@
 """The soak's measure: what has filled up is flat, what goes on growing is not."""
 
 import dataclasses
+import itertools
+import random
+from pathlib import Path
 
 import pytest
-from benchmarks.harness.soak import Held, growth, is_flat
+from benchmarks.harness.soak import STEPS, Held, commands, growth, is_flat
 
 HOUR = 112
 """Commands."""
@@ -37,3 +40,15 @@ def test_one_more_of_what_may_not_grow_at_all_is_found(last: dict[str, int]) -> 
 
 def test_a_single_command_is_flat() -> None:
     assert is_flat(growth([STANDING]))
+
+
+def test_the_last_commands_are_as_much_work_as_the_first() -> None:
+    lived: dict[str, int] = {}
+    for words in itertools.islice(commands(Path("/nowhere"), random.Random(3)), 400):
+        if words[0] == "train":
+            lived[words[words.index("--out") + 1]] = STEPS
+        elif words[0] == "resume":
+            steps = int(words[words.index("--steps") + 1])
+            assert steps == lived[words[1]] + STEPS // 4
+            lived[words[1]] = steps
+    assert STEPS < max(lived.values()) < 5 * STEPS
