@@ -1,9 +1,12 @@
 """Checkpoints that hold everything a run goes on from, written whole or not at all (Orbax)."""
 
+import contextlib
 import json
 import logging
 import math
 import shutil
+import sys
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +69,7 @@ class Checkpoints:
         with disk_errors(self.folder):
             self._clear()
             filling.mkdir(parents=True)
-            with _storage() as storage:
+            with _failing_quietly(), _storage() as storage:
                 storage.save(filling.absolute() / "state", args=ocp.args.StandardSave(arrays))
             (filling / ABOUT).write_text(json.dumps(about) + "\n")
             seal(filling)
@@ -176,9 +179,27 @@ def instead(damaged: str, generation: int) -> str:
     return f"{damaged}; checkpoint {generation} is used instead"
 
 
+@contextlib.contextmanager
+def _failing_quietly() -> Generator[None]:
+    """While something is written, and from then on if that fails, one kind of callback fails without a word.
+
+    Orbax ends its event loop with the first array that cannot be written. Those of the others, which
+    TensorStore goes on writing, find it closed, each with a traceback on standard error, some of them later.
+    """
+    before = sys.unraisablehook
+
+    def hook(unraisable: Any) -> None:
+        if not (unraisable.exc_type is RuntimeError and "Event loop is closed" in str(unraisable.exc_value)):
+            before(unraisable)
+
+    sys.unraisablehook = hook
+    yield
+    sys.unraisablehook = before
+
+
 def _storage() -> ocp.Checkpointer:
-    # Orbax logs each step of its work as warnings to the root logger.
-    logging.getLogger("absl").setLevel(logging.ERROR)
+    # Orbax logs each step of its work to the root logger, and each error that it raises as well.
+    logging.getLogger("absl").setLevel(logging.CRITICAL)
     return ocp.Checkpointer(ocp.StandardCheckpointHandler())
 
 
