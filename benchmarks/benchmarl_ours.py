@@ -7,7 +7,7 @@ from typing import Any
 from benchmarks import machine
 from benchmarks.benchmarl_settings import TASKS, Settings
 from benchmarks.stepping_sides import one_thread
-from benchmarks.talking import serve
+from benchmarks.talking import Started, serve
 
 if __name__ == "__main__":
     one_thread()
@@ -101,7 +101,7 @@ class Ours:
 if __name__ == "__main__":
     settings = Settings.from_json(sys.argv[1])
 
-    def start() -> Any:
+    def start() -> Started:
         side = Ours(settings)
         return side.ready, side.answer
 

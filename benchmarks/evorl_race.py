@@ -99,7 +99,7 @@ def run(side: Side, seed: int, settings: Settings) -> dict[str, Any]:
 def serve(make: Any, settings: Settings) -> None:
     """Compiles a side, says how long that took, and answers the program above."""
 
-    def start() -> tuple[dict[str, Any], Any]:
+    def start() -> talking.Started:
         side: Side = make(settings)
         clock, own_clock = time.perf_counter(), time.process_time()
         side.compile()

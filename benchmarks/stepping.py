@@ -12,14 +12,12 @@ is left out. Exits with 1 when a ratio to a peer is below what we hold ourselves
 
 import argparse
 import collections
-import json
 import statistics
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 from benchmarks import machine
+from benchmarks.talking import Process
 
 HERE = Path(__file__).parent
 BARS = {"jaxmarl": 3.0, "vmas": 20.0}
@@ -34,45 +32,20 @@ Samples = dict[tuple[str, str], list[dict[str, float]]]
 """The repetitions of each side and case, in the order of the rounds."""
 
 
-class Worker:
+class Worker(Process):
     """One side's process. It works only while `measure` waits for it."""
 
     def __init__(self, side: str, seconds: float, candidates: list[int]):
-        self._side = side
-        self._log = tempfile.TemporaryFile("w+")  # noqa: SIM115  It lives as long as the process.
-        arguments = [side, str(seconds), *map(str, candidates)]
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "benchmarks.stepping_sides", *arguments],
-            cwd=HERE.parent,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._log,
-            text=True,
-            bufsize=1,
-        )
-        ready = self._reply()
-        self.missing: str | None = ready.get("missing")
+        words = [side, str(seconds), *map(str, candidates)]
+        super().__init__(side, [sys.executable, "-m", "benchmarks.stepping_sides", *words])
+        self.missing: str | None = self.ready.get("missing")
         """The module that this side lacks, if any; it then has no worlds."""
-        self.worlds: dict[str, int] = ready.get("worlds", {})
-        self.versions: dict[str, str] = ready.get("versions", {})
+        self.worlds: dict[str, int] = self.ready.get("worlds", {})
+        self.versions: dict[str, str] = self.ready.get("versions", {})
 
     def measure(self, case: str) -> dict[str, float]:
         """One repetition of one case: its rate, and the share of the core that it got."""
-        assert self._process.stdin is not None
-        self._process.stdin.write(case + "\n")
-        return self._reply()
-
-    def close(self) -> None:
-        """Ends the process."""
-        self._process.communicate()
-
-    def _reply(self) -> dict:
-        assert self._process.stdout is not None
-        line = self._process.stdout.readline()
-        if not line:
-            self._log.seek(0)
-            raise SystemExit(f"{self._side} stopped:\n{self._log.read()[-2000:]}")
-        return json.loads(line)
+        return self.ask(case=case)
 
 
 def start(seconds: float, candidates: list[int]) -> dict[str, Worker]:
@@ -83,7 +56,9 @@ def start(seconds: float, candidates: list[int]) -> dict[str, Worker]:
         worker = Worker(side, seconds, candidates)
         if not worker.missing:
             workers[side] = worker
-        elif side == "skillcrew":
+            continue
+        worker.close()
+        if side == "skillcrew":
             raise SystemExit(f"skillcrew: module {worker.missing} is missing; pip install -e . first")
         else:
             print(missing_line(side, worker.missing), file=sys.stderr)

@@ -1,13 +1,12 @@
 """The sides of `stepping.py`: each a process of its own that steps its environments on command.
 
 Run as `python -m benchmarks.stepping_sides SIDE SECONDS WORLDS...`. It builds every case of the side, picks
-the number of worlds at which each case is fastest, says so in one line of JSON, and then measures
-one repetition for each case whose name it reads from standard input.
+the number of worlds at which each case is fastest, says so, and then measures one repetition for each case
+that it is asked for.
 """
 
 import functools
 import importlib
-import json
 import os
 import sys
 import time
@@ -15,6 +14,7 @@ from collections.abc import Callable
 from typing import Any
 
 from benchmarks import machine
+from benchmarks.talking import Started, serve
 
 EPISODE = 50
 """Steps from one reset to the next, on every side; worlds that finish early are stepped on."""
@@ -248,28 +248,28 @@ def measure(run: Run, episodes: int, worlds: int) -> dict[str, float]:
     return {"rate": episodes * EPISODE * worlds / cpu, "share": cpu / elapsed}
 
 
-def serve(side: str, seconds: float, candidates: list[int]) -> None:
-    """Answers on the original standard output; whatever libraries print goes to standard error."""
-    replies = os.fdopen(os.dup(sys.stdout.fileno()), "w", buffering=1)
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+def start(side: str, seconds: float, candidates: list[int]) -> Started:
+    """Makes the cases of a side ready; names the module that it lacks, if any."""
     one_thread()
     package = PACKAGES[side][0]
     try:
         importlib.import_module(package)
     except ModuleNotFoundError as error:
-        print(json.dumps({"missing": error.name or package}), file=replies)
-        return
+        return {"missing": error.name or package}, lambda _: {}
     cases = {name: fastest(build, candidates) for name, build in SIDES[side].items()}
+
+    def answer(command: dict[str, Any]) -> dict[str, Any]:
+        worlds, measured, run = cases[command["case"]]
+        episodes = max(1, round(seconds * measured / (EPISODE * worlds)))
+        return measure(run, episodes, worlds)
+
     ready = {
         "worlds": {name: worlds for name, (worlds, _, _) in cases.items()},
         "versions": machine.versions(PACKAGES[side]),
     }
-    print(json.dumps(ready), file=replies)
-    for line in sys.stdin:
-        worlds, measured, run = cases[line.strip()]
-        episodes = max(1, round(seconds * measured / (EPISODE * worlds)))
-        print(json.dumps(measure(run, episodes, worlds)), file=replies)
+    return ready, answer
 
 
 if __name__ == "__main__":
-    serve(sys.argv[1], float(sys.argv[2]), [int(worlds) for worlds in sys.argv[3:]])
+    own, length, *numbers = sys.argv[1:]
+    serve(lambda: start(own, float(length), [int(worlds) for worlds in numbers]))

@@ -54,14 +54,18 @@ class Process:
         return json.loads(line)
 
 
-def serve(start: Callable[[], tuple[dict[str, Any], Callable[[dict[str, Any]], dict[str, Any]]]]) -> None:
+Started = tuple[dict[str, Any], Callable[[dict[str, Any]], dict[str, Any]]]
+"""What a side says of itself, and what answers a command."""
+
+
+def serve(start: Callable[[], Started]) -> None:
     """Answers commands from standard input, one line of JSON each, until there are no more.
 
     Libraries print as they please; what they print goes to standard error, so that standard output
     has nothing but answers.
 
     Args:
-        start: makes ready, and gives what to say of it and what answers a command.
+        start: makes the side ready.
     """
     answers = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)
