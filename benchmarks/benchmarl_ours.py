@@ -1,13 +1,11 @@
 """Our side of `benchmarl.py`: MADDPG and MATD3 in JaxMARL's particle worlds. Started by that program."""
 
-import sys
 import time
 from typing import Any
 
 from benchmarks import machine
-from benchmarks.benchmarl_settings import TASKS, Settings
+from benchmarks.benchmarl_settings import TASKS, Settings, serve
 from benchmarks.stepping_sides import one_thread
-from benchmarks.talking import Started, serve
 
 if __name__ == "__main__":
     one_thread()
@@ -99,10 +97,4 @@ class Ours:
 
 
 if __name__ == "__main__":
-    settings = Settings.from_json(sys.argv[1])
-
-    def start() -> Started:
-        side = Ours(settings)
-        return side.ready, side.answer
-
-    serve(start)
+    serve(Ours)

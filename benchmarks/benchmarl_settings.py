@@ -2,7 +2,11 @@
 
 import dataclasses
 import json
+import sys
+from collections.abc import Callable
 from typing import Any
+
+from benchmarks import talking
 
 EPISODE = 25
 """Steps of an episode of the particle worlds."""
@@ -40,3 +44,17 @@ class Settings:
         """The inverse of `to_json`."""
         values: dict[str, Any] = json.loads(text)
         return cls(**values | {"hidden": tuple(values["hidden"])})
+
+
+def serve(make: Callable[[Settings], Any]) -> None:
+    """Answers the program above, which gave the settings as the first argument.
+
+    Args:
+        make: a side, which has `ready` and `answer`.
+    """
+
+    def start() -> talking.Started:
+        side = make(Settings.from_json(sys.argv[1]))
+        return side.ready, side.answer
+
+    talking.serve(start)

@@ -3,15 +3,14 @@
 Started by that program, in BenchMARL's Python.
 """
 
-import sys
+import importlib
 import tempfile
 import time
 from typing import Any
 
 from benchmarks import machine
-from benchmarks.benchmarl_settings import EPISODE, Settings
+from benchmarks.benchmarl_settings import EPISODE, Settings, serve
 from benchmarks.stepping_sides import one_thread
-from benchmarks.talking import Started, serve
 
 if __name__ == "__main__":
     one_thread()
@@ -97,8 +96,6 @@ class Theirs:
 
     def _world(self) -> Any:
         """PettingZoo's own, without TorchRL around it."""
-        import importlib
-
         versions = {"simple_spread": "v3", "simple_speaker_listener": "v4"}
         name = f"pettingzoo.mpe.{self._settings.task}_{versions[self._settings.task]}"
         return importlib.import_module(name).parallel_env(max_cycles=EPISODE, continuous_actions=True)
@@ -134,10 +131,4 @@ class Theirs:
 
 
 if __name__ == "__main__":
-    settings = Settings.from_json(sys.argv[1])
-
-    def start() -> Started:
-        side = Theirs(settings)
-        return side.ready, side.answer
-
-    serve(start)
+    serve(Theirs)

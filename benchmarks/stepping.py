@@ -60,8 +60,7 @@ def start(seconds: float, candidates: list[int]) -> dict[str, Worker]:
         worker.close()
         if side == "skillcrew":
             raise SystemExit(f"skillcrew: module {worker.missing} is missing; pip install -e . first")
-        else:
-            print(missing_line(side, worker.missing), file=sys.stderr)
+        print(missing_line(side, worker.missing), file=sys.stderr)
     return workers
 
 

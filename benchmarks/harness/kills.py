@@ -97,9 +97,9 @@ def run_kills(place: Path, count: int, seed: int, algorithms: Sequence[str]) -> 
             killed += 1
         elif (late := late + 1) > count:
             raise SystemExit(f"{late} commands ended before they could be killed")
-    beside = f"; {late} more had ended before" if late else ""
-    ended = killed + late
-    summary = f"{killed} kills: {ended - different} equal, {different} different{beside} (seed {seed})"
+    beside = f", {late} more that came too late" if late else ""
+    equal = killed + late - different
+    summary = f"{killed} kills{beside}: {equal} equal, {different} different (seed {seed})"
     return summary, different
 
 
