@@ -482,7 +482,9 @@ def test_an_export_that_cannot_be_is_refused_in_one_line(words, line, finished, 
 def test_a_run_without_champions_has_none_to_export(copied, capsys):
     shutil.rmtree(copied / "checkpoints")
     assert call(["export", str(copied), "--out", "team"]) == 2
-    assert "holds no finished checkpoint" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "holds no finished checkpoint; wait for the first one, " in said
+    assert f"if nothing trains there, `skillcrew resume {copied}`" in said
 
 
 def test_onnx_without_its_package_is_refused_or_left_out(finished, monkeypatch, capsys):

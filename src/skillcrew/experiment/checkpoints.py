@@ -91,7 +91,10 @@ class Checkpoints:
         """
         found = self.generations()
         if not found:
-            raise UserError(f"{self.folder}: holds no finished checkpoint; train into a new folder")
+            raise UserError(
+                f"{self.folder}: holds no finished checkpoint; wait for the first one, or, if nothing trains "
+                f"there, `skillcrew resume {self.folder.parent}`"
+            )
         if generation is not None and generation not in found:
             raise UserError(
                 f"{self.folder}: no checkpoint {generation}; there are {', '.join(map(str, found))}"

@@ -209,6 +209,7 @@ class Runner:
         if self.config.on_bad_numbers == "roll-back" and self._rolled_back <= MOST_ROLL_BACKS:
             self.reporter.note("A number is not finite: rolls back, and goes on by other random numbers.")
             return generation.with_other_keys(self.restore(), self._rolled_back)
+        self.reporter.note("A number is not finite: lives again up to it, to find where it comes from.")
         raise self._bad_numbers(compiled, self.restore())
 
     def _bad_numbers(self, compiled: Callable[..., Any], state: RunState) -> UserError:
