@@ -104,16 +104,23 @@ def main() -> None:
     parser.add_argument("--steps", type=float, default=2e5, help="environment steps of each (default 2e5)")
     parser.add_argument("--out", type=Path, default=PAGE, help="the page to write")
     arguments = parser.parse_args()
-    lines, versions = [], {}
+    lines = []
     for task in TASKS:
         settings = Settings(task, steps=int(arguments.steps))
         of_task, versions = section(settings, arguments.python, arguments.seeds)
         lines += of_task
+        # Each world takes half an hour: what the first has brought is there whatever comes of the next.
+        arguments.out.write_text(page(settings, arguments.seeds, versions, lines))
+    print(arguments.out.read_text())
+
+
+def page(settings: Settings, seeds: int, versions: Mapping[str, str], lines: list[str]) -> str:
+    """What was measured how, and the tables."""
     head = HEAD.format(
         machine=cpu_model(),
         software=software(versions),
         steps=settings.steps,
-        last=arguments.seeds - 1,
+        last=seeds - 1,
         updates=settings.updates,
         batch=settings.batch_size,
         lived=settings.episodes * EPISODE,
@@ -121,9 +128,7 @@ def main() -> None:
         discount=settings.discount,
         scored=settings.scored,
     )
-    page = head + "\n".join(lines) + "\n"
-    print(page)
-    arguments.out.write_text(page)
+    return head + "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":
