@@ -1,6 +1,7 @@
 """Environments on the command line: their names, and their fields as options."""
 
 import dataclasses
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,15 +24,21 @@ def with_environment(base: type, entry: Entry, more: Mapping[str, Any] | None = 
         A dataclass, and its default.
     """
     sections = {**(more or {}), **({} if entry.config_class is None else {"environment": entry.config})}
+    options_class = _joined(base, tuple((name, type(default)) for name, default in sections.items()))
+    return options_class, options_class(**sections)
+
+
+@functools.cache
+def _joined(base: type, sections: tuple[tuple[str, type], ...]) -> Any:
+    """A dataclass of options with further fields, one for all commands, as tyro keeps each that it reads."""
     # Fields without a default cannot follow those of the base class unless they are keyword-only.
-    options_class = dataclasses.make_dataclass(
+    return dataclasses.make_dataclass(
         "Options",
-        [(name, type(default), dataclasses.field()) for name, default in sections.items()],
+        [(name, kind, dataclasses.field()) for name, kind in sections],
         bases=(base,),
         frozen=True,
         kw_only=True,
     )
-    return options_class, options_class(**sections)
 
 
 def configured(entry: Entry, options: Any) -> Entry:
