@@ -14,7 +14,7 @@ def cpu_model() -> str:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     flags = lines.get("flags", "").split()
     vectors = next((name for flag, name in _VECTORS.items() if flag in flags), "")
-    return ", ".join(part for part in (model, f"{cores} cores", vectors) if part)
+    return ", ".join(part for part in (model, f"{cores} core{'s' * (cores != 1)}", vectors) if part)
 
 
 _VECTORS = {"avx512f": "AVX-512", "avx2": "AVX2", "avx": "AVX"}
