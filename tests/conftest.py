@@ -10,6 +10,8 @@ import tempfile
 from types import ModuleType
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
+# Nobody reads which line an operation of a test's program came from; to write it down takes a twentieth.
+os.environ["JAX_TRACEBACK_IN_LOCATIONS_LIMIT"] = "0"
 # Programs in tests run for milliseconds: XLA compiles them three times as fast without LLVM's optimisations
 # and without its emitters of fused loops. To split a program for 32 threads takes a sixth as long again, and
 # other tests have the threads; that XLA checks itself after each group of its passes, a tenth.
