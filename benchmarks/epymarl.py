@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from benchmarks.checkout import commit
 from benchmarks.machine import cpu_model, software, versions
 from benchmarks.matrix_games import GAMES, LENGTH, best, by_chance
 from benchmarks.talking import ROOT, say
@@ -36,21 +37,6 @@ defaults. Mean returns of {scored} fresh episodes, in which both draw their choi
 Seconds are one seed's, elapsed; EPyMARL's with its start, ours without compiling: all seeds are one program,
 which compiles in {compiling:.0f} s.
 """
-
-
-def commit(checkout: Path) -> str:
-    """Which version it is.
-
-    Raises:
-        SystemExit: it is none, or its sources are not as they were committed.
-    """
-    git = ["git", "-C", str(checkout)]
-    changed = subprocess.run([*git, "status", "--porcelain", "src"], capture_output=True, text=True)
-    if changed.returncode or changed.stdout or not (checkout / "src" / "main.py").is_file():
-        raise SystemExit(f"{checkout}: is no checkout of EPyMARL, or its src/ was changed")
-    return subprocess.run(
-        [*git, "rev-parse", "--short", "HEAD"], capture_output=True, text=True
-    ).stdout.strip()
 
 
 def theirs(checkout: Path, python: Path, game: str, seed: int, steps: int) -> tuple[float, float]:
@@ -129,7 +115,7 @@ def page(options: argparse.Namespace, found: Mapping[str, str], lines: list[str]
     head = HEAD.format(
         machine=cpu_model(),
         software=software(dict(found)),
-        commit=commit(options.checkout),
+        commit=commit(options.checkout, "src")[:7],
         length=LENGTH,
         steps=options.steps,
         last=options.seeds - 1,
@@ -152,7 +138,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=PAGE, help="the page to write")
     options = parser.parse_args()
     options.checkout = options.checkout.absolute()
-    commit(options.checkout)
+    commit(options.checkout, "src")
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     lines, compiling = [], []

@@ -1,9 +1,7 @@
 """Baselines of JaxMARL's repository as they lie there. Used by `jaxmarl_ippo.py` and `jaxmarl_ppo.py`."""
 
 import contextlib
-import functools
 import importlib.util
-import subprocess
 import sys
 import time
 import types
@@ -16,6 +14,8 @@ import jax
 import skillcrew as sc
 from skillcrew.envs.bridges.jaxmarl_package import import_jaxmarl
 
+FOLDER = "baselines"
+"""Of JaxMARL's repository, where they are."""
 IPPO = Path("baselines/IPPO/ippo_ff_mabrax.py")
 """JaxMARL's IPPO for continuous actions."""
 
@@ -50,22 +50,6 @@ def settings(checkout: Path, file: Path) -> dict[str, Any]:
     read = OmegaConf.to_container(OmegaConf.load(checkout / file))
     assert isinstance(read, dict)
     return {str(name): value for name, value in read.items()}
-
-
-def commit(checkout: Path) -> str:
-    """Which version of JaxMARL it is.
-
-    Raises:
-        SystemExit: its baselines are not as they were committed, or it is no checkout.
-    """
-    git = functools.partial(subprocess.run, cwd=checkout, capture_output=True, text=True)
-    head = git(["git", "rev-parse", "HEAD"])
-    changes = git(["git", "status", "--porcelain", "baselines"])
-    if head.returncode or changes.returncode:
-        raise SystemExit(f"{checkout}: {head.stderr or changes.stderr}")
-    if changes.stdout:
-        raise SystemExit(f"{checkout}: its baselines were changed:\n{changes.stdout}")
-    return head.stdout.strip()
 
 
 def train(baseline: Any, config: dict[str, Any], seed: int) -> dict[str, Any]:

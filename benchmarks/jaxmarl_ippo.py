@@ -22,6 +22,7 @@ if __name__ == "__main__":
 
 import jax
 from benchmarks import jaxmarl_baseline
+from benchmarks.checkout import commit
 from benchmarks.jaxmarl_agents import TOLD, policy, score
 from benchmarks.jaxmarl_baseline import make
 
@@ -103,7 +104,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--share", type=float, default=1.0, help="of the steps; less for a quick look")
     arguments = parser.parse_args()
-    commit = jaxmarl_baseline.commit(arguments.checkout)
+    at = commit(arguments.checkout, jaxmarl_baseline.FOLDER)
     baseline = jaxmarl_baseline.load_on_ours(arguments.checkout)
     file = jaxmarl_baseline.IPPO
     own = jaxmarl_baseline.settings(arguments.checkout, file.parent / "config" / f"{file.stem}.yaml")
@@ -115,7 +116,7 @@ def main() -> None:
         page.append(text)
 
     installed = software(versions(PACKAGES))
-    says = {"task": TASK, "commit": commit, "file": jaxmarl_baseline.IPPO, "last": arguments.seeds - 1}
+    says = {"task": TASK, "commit": at, "file": jaxmarl_baseline.IPPO, "last": arguments.seeds - 1}
     say(HEAD.format(**says, machine=cpu_model(), software=installed, episodes=EPISODES))
     for title, options, steps in cases(own["TOTAL_TIMESTEPS"]):
         budget = {"TOTAL_TIMESTEPS": int(steps * arguments.share)}

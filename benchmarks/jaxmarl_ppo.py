@@ -24,6 +24,7 @@ if __name__ == "__main__":
 import jax
 import numpy as np
 from benchmarks import jaxmarl_baseline
+from benchmarks.checkout import commit
 
 import skillcrew as sc
 from skillcrew.intervals import seed_interval
@@ -152,9 +153,9 @@ def main() -> None:
         page.append(text)
 
     says = {"task": TASK, "steps": arguments.steps / 1e6, "last": arguments.seeds - 1}
-    commit = jaxmarl_baseline.commit(arguments.checkout)
+    at = commit(arguments.checkout, jaxmarl_baseline.FOLDER)
     installed = software(versions(PACKAGES))
-    say(HEAD.format(**says, machine=cpu_model(), software=installed, commit=commit))
+    say(HEAD.format(**says, machine=cpu_model(), software=installed, commit=at))
     for title, make in sides(arguments.checkout, arguments.steps).items():
         if arguments.only in title:
             say(f"| {title} | {row(trained(make(), arguments.seeds), arguments.steps)} |")

@@ -9,6 +9,7 @@ pytest.importorskip("jaxmarl")
 
 import jaxmarl
 from benchmarks import jaxmarl_baseline
+from benchmarks.checkout import commit
 from benchmarks.jaxmarl_agents import TOLD, score
 
 EPISODES = 200
@@ -54,12 +55,12 @@ def test_a_baseline_gets_our_environment_and_nobody_else_does(tmp_path) -> None:
 
 def test_a_baseline_that_was_changed_is_refused(tmp_path) -> None:
     file = checkout(tmp_path)
-    assert len(jaxmarl_baseline.commit(tmp_path)) == 40
+    assert len(commit(tmp_path, jaxmarl_baseline.FOLDER)) == 40
     file.write_text(BASELINE + "# faster\n")
-    with pytest.raises(SystemExit, match="were changed"):
-        jaxmarl_baseline.commit(tmp_path)
+    with pytest.raises(SystemExit, match="baselines was changed"):
+        commit(tmp_path, jaxmarl_baseline.FOLDER)
 
 
 def test_a_folder_that_is_no_checkout_is_refused(tmp_path) -> None:
     with pytest.raises(SystemExit, match="not a git repository"):
-        jaxmarl_baseline.commit(tmp_path)
+        commit(tmp_path, jaxmarl_baseline.FOLDER)
