@@ -32,41 +32,49 @@ CONFIG = MADySConfig(
 )
 ROUNDS, GENERATIONS, LATE = 12, 25, 50
 """Calls of the compiled program, generations in each, and how many of the last are averaged."""
+SEEDS = 3
+"""One in some 24 stays with a single POI, and which one it is differs from processor to processor: it is the
+median that is looked at."""
 
 
 @pytest.fixture(scope="module")
 def history() -> dict[str, np.ndarray]:
-    """Every metric over all generations."""
+    """Every metric over all generations, of each seed: [generations, seeds]."""
     madys = MADyS(RoverDomain(WORLD), CONFIG)
 
     # It runs for longer than it compiles.
     @functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 1})
     def train(state):
-        return jax.lax.scan(lambda state, _: madys.step(state), state, length=GENERATIONS)
+        return jax.lax.scan(lambda state, _: jax.vmap(madys.step)(state), state, length=GENERATIONS)
 
-    state, measured = jax.jit(madys.init)(jax.random.key(0)), []
+    state, measured = jax.jit(jax.vmap(madys.init))(jax.random.split(jax.random.key(0), SEEDS)), []
     for _ in range(ROUNDS):
         state, metrics = train(state)
         measured.append(jax.device_get(metrics))
     return {name: np.concatenate([metrics[name] for metrics in measured]) for name in measured[0]}
 
 
+def late(values: np.ndarray) -> float:
+    """The median seed's mean over the last generations."""
+    return float(np.median(values[-LATE:].mean(0)))
+
+
 def test_the_champion_beats_random_teams_by_far(history) -> None:
-    random = history["fitness_mean"][0]
-    champion = history["champion_fitness"][-LATE:].mean()
-    # Seeds tried: 0.04 to 0.12 at random, and champions of 0.46 to 0.65.
+    random = np.median(history["fitness_mean"][0])
+    champion = late(history["champion_fitness"])
+    # Seeds tried: 0.00 to 0.12 at random, and champions of 0.46 to 0.98, but for one in 24, of 0.28.
     assert random < 0.15
     assert champion > 0.35
     assert champion > 3 * random
     # Not the champion alone: the population follows.
-    assert history["fitness_mean"][-LATE:].mean() > 2 * random
+    assert late(history["fitness_mean"]) > 2 * random
 
 
 @pytest.mark.parametrize("poi", ["A", "B"])
 def test_skills_learn_to_reach_their_pois(history, poi: str) -> None:
     returns = history[f"return_go_to_poi_{poi}"]
     # With a discount of 0.9, a skill that stands at its POI from the start would earn about 7.
-    assert returns[-LATE:].mean() > 4.5
-    assert returns[-LATE:].mean() > returns[:3].mean() + 2
+    assert late(returns) > 4.5
+    assert late(returns) > np.median(returns[:3].mean(0)) + 2
     away = history["return_go_away_from_poi_A"]
-    assert away[-LATE:].mean() > away[:3].mean()
+    assert late(away) > np.median(away[:3].mean(0))
