@@ -62,7 +62,7 @@ def test_values_of_all_choices_come_in_one_pass(state) -> None:
 
 def test_targets_are_lambda_returns_of_the_values_of_what_was_done(state) -> None:
     experience = oracle.lived(0)
-    lived = LEARNING._judged(state, experience, jnp.array(0.2), jax.random.key(3))
+    after, lived = LEARNING._judged(state, experience, jnp.array(0.2), jax.random.key(3))
     # What was done in lived steps is certain; after a time limit something was drawn.
     drawn = LEARNING._distribution(state.policies, experience.observation, jnp.array(0.2)).sample(
         jax.random.key(3)
@@ -71,9 +71,10 @@ def test_targets_are_lambda_returns_of_the_values_of_what_was_done(state) -> Non
     mask = np.asarray(experience.mask)
     done[:-1][mask] = np.asarray(experience.taken)[mask]
     every = LEARNING._critics(state.critics, experience.observation, LEARNING._of_others(jnp.asarray(done)))
-    value = np.take_along_axis(np.asarray(every), done[..., None], axis=-1)[..., 0]
-    expected = oracle.lambda_returns(experience, value, 0.9, 0.6)
-    np.testing.assert_allclose(np.asarray(lived.target)[mask], expected[mask], rtol=1e-3, atol=1e-4)
+    value = state.scale.returns(jnp.take_along_axis(every, done[..., None], axis=-1)[..., 0])
+    expected = oracle.lambda_returns(experience, np.asarray(value), 0.9, 0.6)
+    found = np.asarray(after.scale.returns(lived.target))
+    np.testing.assert_allclose(found[mask], expected[mask], rtol=1e-3, atol=1e-4)
 
 
 def test_policies_climb_what_is_better_than_average() -> None:

@@ -41,7 +41,7 @@ def test_the_outer_gradient_is_that_of_finite_differences() -> None:
         # A few steps first: Adam's very first one does not depend on the gradient's size.
         for key in jax.random.split(jax.random.key(1), 3):
             state, _ = update(state, experience, key)
-        lived = jax.jit(learning._judged)(state, experience)
+        _, lived = jax.jit(learning._judged)(state, experience)
         flat, restore = jax.flatten_util.ravel_pytree(state.intrinsic)
 
         @jax.jit
@@ -69,7 +69,7 @@ def test_policies_follow_the_learned_reward() -> None:
     experience = dataclasses.replace(experience, reward=nothing)
     state = begun()
     learning.intrinsic_reward = lambda intrinsic, lived: third
-    lived = jax.jit(learning._judged)(state, experience)
+    _, lived = jax.jit(learning._judged)(state, experience)
     step = jax.jit(lambda policies_state: learning.after_policy_step(policies_state, state.intrinsic, lived))
     for _ in range(60):
         policies, optimiser, _ = step(state)

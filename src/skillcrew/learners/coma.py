@@ -15,6 +15,7 @@ from skillcrew.learners.on_policy.experience import Experience, each_minibatch, 
 from skillcrew.learners.on_policy.networks import Critics, Players, Policies
 from skillcrew.learners.on_policy.optimiser import clipped_adam
 from skillcrew.learners.on_policy.returns import returns, standardised
+from skillcrew.learners.on_policy.value_scale import ValueScale
 from skillcrew.policies.distributions import Categorical, with_floor
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.stochastic import StochasticPolicy
@@ -45,12 +46,13 @@ class COMALearnerConfig(OnPolicyLearnerConfig):
 
 
 class COMAState(eqx.Module):
-    """Networks, optimisers, and how many episodes were learned from."""
+    """Networks, optimisers, the scale of returns, and how many episodes were learned from."""
 
     policies: StochasticPolicy
     critics: MemoryNetwork
     policy_optimiser: optax.OptState
     critic_optimiser: optax.OptState
+    scale: ValueScale
     episodes: Float[Array, ""]
 
 
@@ -60,6 +62,7 @@ class _Lived(eqx.Module):
     experience: Experience
     others: Float[Array, "time worlds agents done"]
     target: Float[Array, "time worlds agents"]
+    """On the scale of what critics say."""
 
 
 class COMA:
@@ -86,7 +89,7 @@ class COMA:
         key_policies, key_critics = jax.random.split(key)
         policies, critics = self._policies.create(key_policies), self._critics.create(key_critics)
         started = self._optimiser.init(policies), self._optimiser.init(critics)
-        return COMAState(policies, critics, *started, jnp.zeros(()))
+        return COMAState(policies, critics, *started, ValueScale.create(), jnp.zeros(()))
 
     def floor(self, state: COMAState) -> Float[Array, ""]:
         """Share of the choices that are drawn evenly among all."""
@@ -104,7 +107,7 @@ class COMA:
         """
         key_sample, key_critic, key_policies = jax.random.split(key, 3)
         floor = self.floor(state)
-        lived = self._judged(state, experience, floor, key_sample)
+        state, lived = self._judged(state, experience, floor, key_sample)
 
         def critic_step(state: COMAState, worlds: Array) -> tuple[COMAState, dict[str, Array]]:
             return self._critic_step(state, jax.tree.map(lambda leaf: leaf[:, worlds], lived))
@@ -123,7 +126,7 @@ class COMA:
 
     def _judged(
         self, state: COMAState, experience: Experience, floor: Float[Array, ""], key: Key[Array, ""]
-    ) -> _Lived:
+    ) -> tuple[COMAState, _Lived]:
         """TD(λ) targets of what was done, by the critic as it was before it learns from these episodes.
 
         After a time limit nothing was done; what policies would do there is drawn.
@@ -134,7 +137,7 @@ class COMA:
         done = jnp.where(lived, done, drawn)
         others = self._of_others(done)
         values = self._critics(state.critics, experience.observation, others)
-        of_done = jnp.take_along_axis(values, done[..., None], axis=-1)[..., 0]
+        of_done = state.scale.returns(jnp.take_along_axis(values, done[..., None], axis=-1)[..., 0])
         target = returns(
             experience.reward,
             of_done,
@@ -143,7 +146,9 @@ class COMA:
             self.config.discount,
             self.config.trace,
         )
-        return _Lived(experience, others[:-1], target)
+        if self.config.normalise_values:
+            state = dataclasses.replace(state, scale=state.scale.observe(target, experience.mask))
+        return state, _Lived(experience, others[:-1], state.scale.normalised(target))
 
     def _of_others(self, done: Array) -> Float[Array, "time worlds agents done"]:
         """What all agents did, for each agent with zeros in its own place."""

@@ -19,6 +19,7 @@ from skillcrew.learners.on_policy.experience import Experience, each_minibatch, 
 from skillcrew.learners.on_policy.networks import Critics, Players, Policies
 from skillcrew.learners.on_policy.optimiser import clipped_adam, differentiable_adam
 from skillcrew.learners.on_policy.returns import advantages, standardised
+from skillcrew.learners.on_policy.value_scale import ValueScale
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.stochastic import StochasticPolicy
 
@@ -42,7 +43,7 @@ class LIIRLearnerConfig(OnPolicyLearnerConfig):
 
 
 class LIIRState(eqx.Module):
-    """Networks and their optimisers."""
+    """Networks, their optimisers, and the scales of both kinds of returns."""
 
     policies: StochasticPolicy
     intrinsic: MemoryNetwork
@@ -53,6 +54,8 @@ class LIIRState(eqx.Module):
     intrinsic_optimiser: optax.OptState
     proxy_optimiser: optax.OptState
     team_optimiser: optax.OptState
+    proxy_scale: ValueScale
+    team_scale: ValueScale
 
 
 class _Lived(eqx.Module):
@@ -63,6 +66,7 @@ class _Lived(eqx.Module):
     proxy_value: Float[Array, "later worlds agents"]
     team_advantage: Float[Array, "time worlds agents"]
     team_target: Float[Array, "time worlds agents"]
+    """On the scale of what critics say, as the next."""
     proxy_target: Float[Array, "time worlds agents"]
 
 
@@ -101,6 +105,8 @@ class LIIR:
             self._intrinsic_optimiser.init(intrinsic),
             self._critic_optimiser.init(proxy),
             self._critic_optimiser.init(team),
+            ValueScale.create(),
+            ValueScale.create(),
         )
 
     def floor(self, state: LIIRState) -> Float[Array, ""]:
@@ -117,7 +123,7 @@ class LIIR:
             The new state, and mean losses, entropy and intrinsic reward.
         """
         key_policies, key_critics = jax.random.split(key)
-        lived = self._judged(state, experience)
+        state, lived = self._judged(state, experience)
 
         def both_levels(state: LIIRState, worlds: Array) -> tuple[LIIRState, dict[str, Array]]:
             return self._both_levels(state, jax.tree.map(lambda leaf: leaf[:, worlds], lived))
@@ -170,20 +176,29 @@ class LIIR:
         ratio = jnp.exp(log_probability - lived.log_probability)
         return mean_where(ratio * lived.team_advantage, lived.experience.decides)
 
-    def _judged(self, state: LIIRState, experience: Experience) -> _Lived:
+    def _judged(self, state: LIIRState, experience: Experience) -> tuple[LIIRState, _Lived]:
         """What policies and critics that lived it think of it."""
-        team_value = self._team.values(state.team_critics, experience.observation)
-        proxy_value = self._proxy.values(state.proxy_critics, experience.observation)
+        team_value = state.team_scale.returns(self._team.values(state.team_critics, experience.observation))
+        proxy_value = state.proxy_scale.returns(
+            self._proxy.values(state.proxy_critics, experience.observation)
+        )
         team_advantage = self._advantages(experience.reward, team_value, experience)
         reward = experience.reward + self.config.weight * self.intrinsic_reward(state.intrinsic, experience)
-        proxy_advantage = self._advantages(reward, proxy_value, experience)
-        return _Lived(
+        proxy_target = self._advantages(reward, proxy_value, experience) + proxy_value[:-1]
+        team_target = team_advantage + team_value[:-1]
+        if self.config.normalise_values:
+            state = dataclasses.replace(
+                state,
+                proxy_scale=state.proxy_scale.observe(proxy_target, experience.mask),
+                team_scale=state.team_scale.observe(team_target, experience.mask),
+            )
+        return state, _Lived(
             experience,
             self._policies.of_taken(state.policies, experience)[0],
             proxy_value,
             standardised(team_advantage, experience.decides),
-            team_advantage + team_value[:-1],
-            proxy_advantage + proxy_value[:-1],
+            state.team_scale.normalised(team_target),
+            state.proxy_scale.normalised(proxy_target),
         )
 
     def _advantages(self, reward: Array, value: Array, experience: Experience) -> Array:

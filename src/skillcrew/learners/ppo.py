@@ -36,8 +36,6 @@ class PPOConfig(OnPolicyLearnerConfig):
     """How far an action's probability may move from what it was, as a share (Schulman et al. 2017)."""
     value_clip: float | None = 0.2
     """How far a value may move from what it was, in deviations of returns. None: as far as it wants."""
-    normalise_values: bool = True
-    """Whether critics learn returns on their running scale (Yu et al. 2022)."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -123,8 +121,7 @@ class PPO:
         )
         target = advantage + value[:-1]
         if config.normalise_values:
-            counts = jnp.broadcast_to(experience.mask[..., None], target.shape)
-            state = dataclasses.replace(state, scale=state.scale.observe(target, counts))
+            state = dataclasses.replace(state, scale=state.scale.observe(target, experience.mask))
         lived = _Lived(
             experience,
             self._policies.of_taken(state.policies, experience)[0],

@@ -31,6 +31,8 @@ class OnPolicyLearnerConfig:
     """Weight of the policies' entropy, which keeps them trying."""
     longest_gradient: float = 10.0
     """Gradients are cut to this length (Yu et al. 2022)."""
+    normalise_values: bool = True
+    """Whether critics learn returns on their running scale (Yu et al. 2022)."""
 
     def __post_init__(self) -> None:
         for field in ("discount", "trace"):

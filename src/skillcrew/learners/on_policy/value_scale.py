@@ -25,9 +25,10 @@ class ValueScale(eqx.Module):
         return cls(jnp.zeros(()), jnp.zeros(()), jnp.zeros(()))
 
     def observe(
-        self, returns: Float[Array, "time worlds agents"], counts: Bool[Array, "time worlds agents"]
+        self, returns: Float[Array, "time worlds agents"], mask: Bool[Array, "time worlds"]
     ) -> "ValueScale":
-        """Takes in the returns that count."""
+        """Takes in the returns of the steps that count."""
+        counts = jnp.broadcast_to(mask[..., None], returns.shape)
         number = jnp.maximum(counts.sum(dtype=returns.dtype), 1.0)
         mean = jnp.where(counts, returns, 0.0).sum() / number
         square = jnp.where(counts, returns**2, 0.0).sum() / number
