@@ -87,7 +87,7 @@ def test_policies_climb_what_is_better_than_average() -> None:
     floor = jnp.zeros(())
     step = jax.jit(learning._policy_step)
     for _ in range(40):
-        state, _ = step(state, experience, values, floor)
+        state, _ = step(state, experience, values, floor, jnp.ones(()))
     probabilities = LEARNING._distribution(state.policies, experience.observation, floor).probabilities()
     of_third = probabilities[..., 2][:-1][experience.mask]
     assert (of_third > 0.27).all()

@@ -14,7 +14,7 @@ from skillcrew.learners.on_policy.config import OnPolicyLearnerConfig
 from skillcrew.learners.on_policy.experience import Experience, each_minibatch, mean_where
 from skillcrew.learners.on_policy.networks import Critics, Players, Policies
 from skillcrew.learners.on_policy.optimiser import clipped_adam
-from skillcrew.learners.on_policy.returns import returns, standardised
+from skillcrew.learners.on_policy.returns import paid_apart, returns, standardised
 from skillcrew.learners.on_policy.value_scale import ValueScale
 from skillcrew.policies.distributions import Categorical, with_floor
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
@@ -116,10 +116,12 @@ class COMA:
         state, learned = each_minibatch(
             key_critic, worlds, config.minibatches, config.epochs, critic_step, state
         )
-        values = self._critics(state.critics, experience.observation[:-1], lived.others)
+        said = self._critics(state.critics, experience.observation[:-1], lived.others)
+        values = state.scale.returns(said)
+        apart = paid_apart(experience.reward, experience.mask, experience.decides, config.discount)
 
         def policy_step(state: COMAState, worlds: Array) -> tuple[COMAState, dict[str, Array]]:
-            return self._policy_step(state, experience.of(worlds), values[:, worlds], floor)
+            return self._policy_step(state, experience.of(worlds), values[:, worlds], floor, apart)
 
         state, climbed = each_minibatch(key_policies, worlds, config.minibatches, 1, policy_step, state)
         return dataclasses.replace(state, episodes=state.episodes + float(worlds)), {**learned, **climbed}
@@ -184,6 +186,7 @@ class COMA:
         experience: Experience,
         values: Float[Array, "time worlds agents choices"],
         floor: Float[Array, ""],
+        apart: Float[Array, ""],
     ) -> tuple[COMAState, dict[str, Array]]:
         """One step of the policies up the counterfactual advantages."""
 
@@ -191,7 +194,7 @@ class COMA:
             distribution = self._distribution(policies, experience.observation[:-1], floor)
             probabilities = jax.lax.stop_gradient(distribution.probabilities())
             advantage = counterfactual_advantage(values, probabilities, experience.taken)
-            scaled = standardised(advantage, experience.decides)
+            scaled = standardised(advantage, experience.decides, apart)
             gained = distribution.log_probability(experience.taken) * scaled
             spread = mean_where(distribution.entropy(), experience.decides)
             return -mean_where(gained, experience.decides) - self.config.entropy * spread, spread

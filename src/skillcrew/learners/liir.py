@@ -18,7 +18,7 @@ from skillcrew.learners.on_policy.config import OnPolicyLearnerConfig
 from skillcrew.learners.on_policy.experience import Experience, each_minibatch, mean_where
 from skillcrew.learners.on_policy.networks import Critics, Players, Policies
 from skillcrew.learners.on_policy.optimiser import clipped_adam, differentiable_adam
-from skillcrew.learners.on_policy.returns import advantages, standardised
+from skillcrew.learners.on_policy.returns import advantages, paid_apart, standardised
 from skillcrew.learners.on_policy.value_scale import ValueScale
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.stochastic import StochasticPolicy
@@ -155,7 +155,9 @@ class LIIR:
         """
         experience = lived.experience
         reward = experience.reward + self.config.weight * self.intrinsic_reward(intrinsic, experience)
-        advantage = standardised(self._advantages(reward, lived.proxy_value, experience), experience.decides)
+        advantage = self._standardised(
+            self._advantages(reward, lived.proxy_value, experience), reward, experience
+        )
 
         def loss_of(policies: StochasticPolicy) -> tuple[Array, Array]:
             log_probability, entropy = self._policies.of_taken(policies, experience)
@@ -196,7 +198,7 @@ class LIIR:
             experience,
             self._policies.of_taken(state.policies, experience)[0],
             proxy_value,
-            standardised(team_advantage, experience.decides),
+            self._standardised(team_advantage, experience.reward, experience),
             state.team_scale.normalised(team_target),
             state.proxy_scale.normalised(proxy_target),
         )
@@ -205,6 +207,12 @@ class LIIR:
         config = self.config
         return advantages(
             reward, value, experience.terminated, experience.mask, config.discount, config.trace
+        )
+
+    def _standardised(self, advantage: Array, reward: Array, experience: Experience) -> Array:
+        counts = experience.decides
+        return standardised(
+            advantage, counts, paid_apart(reward, experience.mask, counts, self.config.discount)
         )
 
     def _both_levels(self, state: LIIRState, lived: _Lived) -> tuple[LIIRState, dict[str, Array]]:

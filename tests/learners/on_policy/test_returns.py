@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from oracles import on_policy as oracle
-from skillcrew.learners.on_policy.returns import advantages, returns, standardised
+from skillcrew.learners.on_policy.returns import advantages, paid_apart, returns, standardised
 
 
 def of(function, seed: int, discount: float, trace: float, padding: float = oracle.PADDING) -> np.ndarray:
@@ -37,11 +37,38 @@ def test_what_stands_in_padding_is_not_looked_at() -> None:
     assert (one[~np.asarray(oracle.lived(1).mask)] == 0).all()
 
 
-def test_standardised_values_have_mean_0_and_deviation_1_where_they_count() -> None:
+def test_standardised_advantages_have_mean_0_and_deviation_1_where_they_count() -> None:
     counts = oracle.lived(2).decides
     values = jnp.asarray(oracle.values(2)[:-1]) * 5 + 3
-    found = np.asarray(standardised(values, counts))[np.asarray(counts)]
+    much = jnp.array(100.0)
+    found = np.asarray(standardised(values, counts, much))[np.asarray(counts)]
     np.testing.assert_allclose([found.mean(), found.std()], [0, 1], atol=1e-5)
     # Where all are alike, there is nothing to tell apart; where none counts, nothing is infinite.
-    assert not standardised(jnp.full_like(values, 7.0), counts).any()
-    assert jnp.isfinite(standardised(values, jnp.zeros_like(counts))).all()
+    assert not standardised(jnp.full_like(values, 7.0), counts, much).any()
+    assert jnp.isfinite(standardised(values, jnp.zeros_like(counts), much)).all()
+
+
+def test_advantages_that_differ_by_more_than_what_was_paid_count_for_so_much_less() -> None:
+    counts = oracle.lived(2).decides
+    values = jnp.asarray(oracle.values(2)[:-1])
+    deviation = np.asarray(values)[np.asarray(counts)].std()
+    for apart in (0.0, 0.1, 0.4):
+        found = np.asarray(standardised(values, counts, jnp.array(apart)))[np.asarray(counts)]
+        np.testing.assert_allclose(found.std(), apart / deviation, atol=1e-5)
+
+
+@pytest.mark.parametrize("discount", [1.0, 0.9])
+def test_what_was_paid_is_of_rewards_alone(discount: float) -> None:
+    """To the end of each episode, however it ended, where there was a choice."""
+    for seed in range(3):
+        experience = oracle.lived(seed)
+        reward, counts = np.asarray(experience.reward), np.asarray(experience.decides)
+        to_go = np.zeros_like(reward)
+        for world, length in enumerate(oracle.LENGTHS):
+            for t in range(length):
+                weights = discount ** np.arange(length - t)
+                to_go[t, world] = weights @ reward[t:length, world]
+        found = paid_apart(experience.reward, experience.mask, experience.decides, discount)
+        np.testing.assert_allclose(found, to_go[counts].std(), rtol=1e-4)
+        nothing = jnp.zeros_like(experience.reward)
+        assert paid_apart(nothing, experience.mask, experience.decides, discount) < 1e-6

@@ -50,12 +50,45 @@ def returns(
     return advantages(reward, value, terminated, mask, discount, trace) + value[:-1]
 
 
+def paid_apart(
+    reward: Float[Array, "time worlds agents"],
+    mask: Bool[Array, "time worlds"],
+    counts: Bool[Array, "time worlds agents"],
+    discount: float,
+) -> Float[Array, ""]:
+    """How far apart it is what was paid from each step to the episode's end: its deviation.
+
+    No critic has a part in it; 0 where nobody was paid anything.
+    """
+    nothing = jnp.zeros((len(reward) + 1, *reward.shape[1:]), reward.dtype)
+    paid = advantages(reward, nothing, jnp.zeros_like(mask), mask, discount, 1.0)
+    return _centred(paid, counts)[1]
+
+
 def standardised(
-    values: Float[Array, "time worlds agents"], counts: Bool[Array, "time worlds agents"]
+    values: Float[Array, "time worlds agents"],
+    counts: Bool[Array, "time worlds agents"],
+    apart: Float[Array, ""],
 ) -> Float[Array, "time worlds agents"]:
-    """Less their mean and over their deviation, of those that count."""
+    """Advantages less their mean and over their deviation, or less than that where less was paid.
+
+    Where nobody was paid anything, all that advantages differ by is their critic's error. Brought to
+    deviation 1 it would make policies sure of something before they know anything.
+
+    Args:
+        counts: which of them count.
+        apart: see `paid_apart`; where advantages deviate by more, so much less is left of them.
+    """
+    centred, deviation = _centred(values, counts)
+    return centred / deviation * jnp.minimum(apart / deviation, 1.0)
+
+
+def _centred(
+    values: Float[Array, "time worlds agents"], counts: Bool[Array, "time worlds agents"]
+) -> tuple[Float[Array, "time worlds agents"], Float[Array, ""]]:
+    """Values less their mean, and their deviation, of those that count."""
     number = jnp.maximum(counts.sum(dtype=values.dtype), 1.0)
-    mean = jnp.where(counts, values, 0.0).sum() / number
-    variance = jnp.where(counts, (values - mean) ** 2, 0.0).sum() / number
+    centred = values - jnp.where(counts, values, 0.0).sum() / number
+    variance = jnp.where(counts, centred**2, 0.0).sum() / number
     # The least bit of variance, so that there is a derivative where all are equal.
-    return (values - mean) / jnp.sqrt(variance + 1e-16)
+    return centred, jnp.sqrt(variance + 1e-16)
