@@ -59,6 +59,24 @@ def test_a_summary_beyond_the_budget_and_before_any_pace():
     assert Summary(chunk(4000), BUDGET, 0.0).seconds_left == np.inf
 
 
+def test_who_is_at_the_budget_before_the_others_is_shown_as_scored():
+    """Not as what it becomes while it waits for the slowest seed."""
+    early, late = chunk(4000), chunk(9000)
+    # The first seed is past its 10,000 steps when the second chunk begins.
+    late["environment_steps"] = np.asarray([[11_000, 14_000], [7_000, 9_000]])
+    out = console(False)
+    arrived = progress.Arrived(BUDGET)
+    arrived.standing(early)
+    shown = arrived.standing({**late, "success_rate": np.asarray([[0.9, 1.0], [0.5, 0.5]])})
+    assert shown["success_rate"].tolist() == [[0.4, 0.4], [0.5, 0.5]]
+    assert shown["environment_steps"].tolist() == late["environment_steps"].tolist()
+    reporter = LineReporter(out, BUDGET)
+    reporter.update(early, 100.0)
+    reporter._last = -np.inf
+    reporter.update({**late, "success_rate": np.asarray([[0.9, 1.0], [0.5, 0.5]])}, 100.0)
+    assert "9 k of 10 k steps, success 0.45 [" in out.file.getvalue()
+
+
 def test_a_return_is_called_one_and_has_its_own_scale():
     metrics = chunk(4000)
     metrics["team_return"] = 1000.0 * metrics.pop("success_rate") - 700.0

@@ -88,6 +88,29 @@ class Summary:
         return self.score.number(value, decimals=2)
 
 
+class Arrived:
+    """Seeds that reached the budget before the slowest one: they live on, unscored."""
+
+    def __init__(self, budget: int):
+        self._budget = budget
+        self._last: dict[int, dict[str, np.ndarray]] = {}
+
+    def standing(self, metrics: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """A chunk's metrics [seeds, generations] in which such seeds are as they were within the budget.
+
+        How far they are is told as it is.
+        """
+        shown = {name: np.array(values) for name, values in metrics.items()}
+        for seed, steps in enumerate(shown["environment_steps"]):
+            if steps[0] <= self._budget:
+                self._last[seed] = {name: values[seed, -1] for name, values in shown.items()}
+                continue
+            for name, value in self._last.get(seed, {}).items():
+                if name not in ("environment_steps", "generation"):
+                    shown[name][seed] = value
+        return shown
+
+
 class SkillsDone:
     """When skills stopped learning, remembered from one report to the next."""
 
@@ -124,7 +147,7 @@ class LineReporter:
     def __init__(self, console: Console, budget: int):
         self._console = console
         self._budget = budget
-        self._skills = SkillsDone()
+        self._arrived, self._skills = Arrived(budget), SkillsDone()
         self._last = -float("inf")
 
     def note(self, line: str) -> None:
@@ -132,6 +155,7 @@ class LineReporter:
 
     def update(self, metrics: Mapping[str, np.ndarray], steps_per_second: float) -> None:
         now = time.monotonic()
+        metrics = self._arrived.standing(metrics)
         summary = Summary(metrics, self._budget, steps_per_second)
         done = self._skills.said_after(metrics)
         if now - self._last < LINE_SECONDS and summary.steps < self._budget:
@@ -159,7 +183,7 @@ class LiveReporter:
     def __init__(self, console: Console, budget: int, seeds: tuple[int, ...]):
         self._budget = budget
         self._seeds = seeds
-        self._skills = SkillsDone()
+        self._arrived, self._skills = Arrived(budget), SkillsDone()
         self._bar = Progress(
             TextColumn("{task.description}"), BarColumn(None), TaskProgressColumn(), expand=True
         )
@@ -171,6 +195,7 @@ class LiveReporter:
         self._live.console.print(one_line(line), highlight=False, markup=False)
 
     def update(self, metrics: Mapping[str, np.ndarray], steps_per_second: float) -> None:
+        metrics = self._arrived.standing(metrics)
         summary = Summary(metrics, self._budget, steps_per_second)
         done = self._skills.said_after(metrics)
         label = (
