@@ -56,7 +56,7 @@ def paid_apart(
     counts: Bool[Array, "time worlds agents"],
     discount: float,
 ) -> Float[Array, ""]:
-    """How far apart it is what was paid from each step to the episode's end: its deviation.
+    """The deviation of what was paid from each step to the end of its episode.
 
     No critic has a part in it; 0 where nobody was paid anything.
     """
