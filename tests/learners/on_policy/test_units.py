@@ -11,6 +11,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import pytest
+from jaxtyping import Array
 
 from oracles import on_policy as oracle
 from skillcrew.learners.coma import COMA, COMALearnerConfig
@@ -20,20 +21,21 @@ from skillcrew.policies.memory import PolicyConfig
 
 NETWORK = PolicyConfig(hidden=(8,), input_scaling="none", sharing="team")
 GENERATIONS = 20
+EPISODES = oracle.lived(0)
+THOUSANDS = jnp.where(EPISODES.mask[..., None], 1000 * EPISODES.reward - 5000, 0.0)
+NOTHING = jnp.zeros_like(EPISODES.reward)
 FAST: dict[str, Any] = {"minibatches": 2, "learning_rate": 5e-3}
 
 
-def critic_loss(kind: Any, config: Any, *view: Any) -> float:
-    """After some generations in which every step pays thousands."""
+def learned(reward: Array, kind: Any, config: Any, *view: Any) -> dict[str, Array]:
+    """What the last of some generations says, in all of which the same is paid."""
     learning = kind(config, oracle.CHOOSERS, NETWORK, NETWORK, *view)
-    experience = oracle.lived(0)
-    counted = experience.mask[..., None]
-    thousands = jnp.where(counted, 1000 * experience.reward - 5000, 0.0)
-    paid = dataclasses.replace(experience, reward=thousands)
+    paid = dataclasses.replace(EPISODES, reward=reward)
     state, update = jax.jit(learning.init)(jax.random.key(0)), jax.jit(learning.update)
+    metrics: dict[str, Array] = {}
     for key in jax.random.split(jax.random.key(1), GENERATIONS):
         state, metrics = update(state, paid, key)
-    return float(metrics["critic_loss"])
+    return metrics
 
 
 @pytest.mark.parametrize(
@@ -46,18 +48,9 @@ def critic_loss(kind: Any, config: Any, *view: Any) -> float:
 )
 def test_critics_learn_returns_on_their_own_scale(kind: Any, config: Any, view: tuple[str, ...]) -> None:
     """Most of what returns differ by is known after a few generations; in units of the reward, nothing is."""
-    assert critic_loss(kind, config(**FAST), *view) < 0.5
-    assert critic_loss(kind, config(**FAST, normalise_values=False), *view) > 1e5
-
-
-def entropy_after(kind: Any, config: Any, *view: Any) -> float:
-    """Of policies that saw nothing but episodes without a reward."""
-    learning = kind(config, oracle.CHOOSERS, NETWORK, NETWORK, *view)
-    silent = dataclasses.replace(oracle.lived(0), reward=jnp.zeros_like(oracle.lived(0).reward))
-    state, update = jax.jit(learning.init)(jax.random.key(0)), jax.jit(learning.update)
-    for key in jax.random.split(jax.random.key(1), GENERATIONS):
-        state, metrics = update(state, silent, key)
-    return float(metrics["entropy"])
+    assert learned(THOUSANDS, kind, config(**FAST), *view)["critic_loss"] < 0.5
+    as_paid = config(**FAST, normalise_values=False)
+    assert learned(THOUSANDS, kind, as_paid, *view)["critic_loss"] > 1e5
 
 
 @pytest.mark.parametrize(
@@ -71,7 +64,7 @@ def test_critics_errors_alone_make_no_policy_sure(
     kind: Any, config: Any, view: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     even = math.log(oracle.CHOICES)
-    assert entropy_after(kind, config, *view) > 0.98 * even
+    assert learned(NOTHING, kind, config, *view)["entropy"] > 0.98 * even
     # With their deviation brought to 1, as is usual, they do.
     monkeypatch.setattr(sys.modules[kind.__module__], "paid_apart", lambda *_: jnp.array(jnp.inf))
-    assert entropy_after(kind, config, *view) < 0.95 * even
+    assert learned(NOTHING, kind, config, *view)["entropy"] < 0.95 * even
