@@ -78,6 +78,15 @@ def test_policies_follow_the_learned_reward() -> None:
     assert (said[..., 2][experience.mask] > 0.3).all()
 
 
+def test_where_the_team_is_paid_nothing_its_critics_errors_are_no_advantage() -> None:
+    experience = oracle.lived(0)
+    silent = dataclasses.replace(experience, reward=jnp.zeros_like(experience.reward))
+    judged = jax.jit(learner()._judged)
+    counts = experience.decides
+    assert jnp.abs(judged(begun(), silent)[1].team_advantage[counts]).max() < 1e-3
+    assert jnp.abs(judged(begun(), experience)[1].team_advantage[counts]).max() > 0.5
+
+
 def test_the_learned_reward_comes_to_pay_what_the_team_is_paid_for() -> None:
     """The team is paid for the second choice of whoever makes it; after a while so is each agent."""
     learning = learner(intrinsic_learning_rate=1e-2, discount=0.0, trace=0.0)
