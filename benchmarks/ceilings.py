@@ -18,7 +18,7 @@ from benchmarks.search_alone import search
 from benchmarks.told import GUESSING, SPLIT, TOGETHER, told_shares
 
 from skillcrew.algorithms.open_loop import OpenLoop, OpenLoopConfig
-from skillcrew.experiment.reproduction import SETS, environments_of
+from skillcrew.experiment.figures import SETS, panels_of
 from skillcrew.experiment.run import Run
 
 EPISODES = 1000
@@ -58,7 +58,7 @@ def main() -> int:
     runs = Path(sys.argv[1]) / "runs"
     print("| task | told, together | split | guessing | timetables, one each | one for all | MADyS+ |")
     print("|---|---|---|---|---|---|---|")
-    for environment in (name for figure in SETS["frontier"] for name in environments_of(figure)):
+    for environment in (name for figure in SETS["frontier"] for name in panels_of(figure)):
         best = runs / environment / "madys-plus"
         if not (best / "report" / "scores.json").is_file():
             continue

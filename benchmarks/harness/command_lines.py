@@ -12,7 +12,7 @@ from skillcrew.cli.main import COMMANDS
 from skillcrew.cli.options import option_names
 from skillcrew.cli.vocabulary import SHELLS
 from skillcrew.envs.registry import find
-from skillcrew.experiment.reproduction import FIGURES, SETS, STEPS
+from skillcrew.experiment.figures import FIGURES, SETS, environments
 
 ENDING = tuple(command for command in COMMANDS if command != "studio")
 """Commands that end by themselves."""
@@ -49,7 +49,7 @@ def _places(command: str, dice: random.Random) -> list[str]:
         "train": dice.choice(([algorithm, environment], ["--config", "config.yaml"])),
         "check": [environment],
         "compare": [f"{algorithm},{dice.choice(list(ALGORITHMS))}", environment],
-        "reproduce": [dice.choice([*FIGURES, *SETS, *STEPS])],
+        "reproduce": [dice.choice([*FIGURES, *SETS, *environments()])],
         "list": [],
         "completion": [dice.choice(SHELLS)],
     }.get(command, ["run"])

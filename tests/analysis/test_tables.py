@@ -149,6 +149,22 @@ def test_one_that_is_not_everywhere_is_compared_where_it_is():
     assert numbers(rows["EA (in 1 of 2)"][2])[0] == 0.0
 
 
+def test_where_the_first_method_is_missing_nothing_is_compared_with_it():
+    first, second = ENVIRONMENTS
+    low, high = np.array([0.1, 0.1, 0.1]), np.array([0.9, 0.9, 0.9])
+    some = [
+        entry("MADyS", first, final=high),
+        entry("EA", first, final=low),
+        entry("EA", second, final=high),
+        entry("MFL", second, final=high),
+    ]
+    each, differences, together = tables(some)
+    assert [row[-1] == "" for row in each[1:]] == [True, False, True, True]
+    assert [row[:2] for row in differences[1:]] == [[first, "EA"]]
+    rows = {row[0]: row for row in together[1:]}
+    assert numbers(rows["EA"][2])[0] == 0.0 and rows["MFL (in 1 of 2)"][2] == ""
+
+
 @pytest.mark.parametrize(
     ("steps", "cell"),
     [

@@ -40,11 +40,18 @@ def made_up_results(index):
 
 
 @pytest.fixture
-def never_trains(monkeypatch):
+def never_trains_more(monkeypatch):
+    """From when it is called on."""
+
     def refuse(*_, **__):
         raise AssertionError("it began to train")
 
-    monkeypatch.setattr(side_by_side, "run_jobs", refuse)
+    return lambda: monkeypatch.setattr(side_by_side, "run_jobs", refuse)
+
+
+@pytest.fixture
+def never_trains(never_trains_more):
+    never_trains_more()
 
 
 @pytest.fixture
@@ -145,6 +152,26 @@ def test_only_what_is_missing_is_trained(trains, not_drawn, capsys):
     assert call("fig-4.2", *USUAL) == 0
     assert trains()[7:] == [f"resume {one.name}"]
     assert "6 runs: 5 done, 1 to train" in capsys.readouterr().err
+
+
+def test_so_far_nothing_is_trained_and_what_is_done_is_shown(trains, not_drawn, never_trains_more, capsys):
+    assert call("fig-4.2", *USUAL) == 0
+    runs = plan(["fig-4.2"], SEEDS)
+    for one in runs[1:]:
+        shutil.rmtree(ComparisonFolder("here").run(one).path)
+    never_trains_more()
+    capsys.readouterr()
+    assert call("fig-4.2", *USUAL, "--so-far") == 0
+    captured = capsys.readouterr()
+    assert captured.err == "1 of 6 runs are finished.\n"
+    with open("here/table.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {(row["environment"], row["method"]) for row in rows} == {("rover-t2-c1", "MADyS")}
+    shutil.rmtree(ComparisonFolder("here").run(runs[0]).path)
+    assert call("fig-4.2", *USUAL, "--so-far") == 2
+    assert one_line(capsys) == (
+        "skillcrew: --so-far: none of 6 runs is finished in here; train them without it\n"
+    )
 
 
 # What goes wrong

@@ -13,17 +13,16 @@ from skillcrew.experiment.metrics import MetricsLog
 EPISODES = 20
 GENERATIONS = 40
 METHODS = ("madys", "mfl", "ea")
-FIGURES = {"fig-4.2": ("rover-t2-c1", "rover-t2-c2"), "fig-4.3": ("rover-t3-c1",)}
-STEPS = {
-    name: {METHODS: steps}
-    for name, steps in {"rover-t2-c1": 8000, "rover-t2-c2": 6000, "rover-t3-c1": 9000}.items()
+FIGURES = {
+    "fig-4.2": {"rover-t2-c1": {METHODS: 8000}, "rover-t2-c2": {METHODS: 6000}},
+    "fig-4.3": {"rover-t3-c1": {METHODS: 9000}},
 }
 
 
 def shrink(monkeypatch, resamples: int = 40) -> None:
     """Three methods in two environments and in one, each of a few thousand steps; quick bootstraps."""
-    for name, value in {"FIGURES": FIGURES, "STEPS": STEPS, "LEAST_STEPS": 100}.items():
-        monkeypatch.setattr(f"skillcrew.experiment.reproduction.{name}", value)
+    monkeypatch.setattr("skillcrew.experiment.figures.FIGURES", FIGURES)
+    monkeypatch.setattr("skillcrew.experiment.reproduction.LEAST_STEPS", 100)
     monkeypatch.setattr("skillcrew.analysis.comparison.RESAMPLES", resamples)
 
 

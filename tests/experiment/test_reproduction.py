@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from pathlib import Path
 
 import pytest
 import yaml
@@ -11,17 +12,17 @@ from skillcrew.algorithms.registry import algorithm_class
 from skillcrew.envs.registry import names
 from skillcrew.envs.rover.presets import PRESETS
 from skillcrew.experiment import reproduction
-from skillcrew.experiment.config import RunConfig, from_yaml
-from skillcrew.experiment.reproduction import (
+from skillcrew.experiment.config import RunConfig, algorithm_from_yaml, from_yaml
+from skillcrew.experiment.figures import (
     FIGURES,
     OF_THE_THESIS,
-    SEEDS,
     SETS,
-    STEPS,
+    environments,
     figures_of,
-    plan,
-    steps_of,
+    methods_of,
+    panels_of,
 )
+from skillcrew.experiment.reproduction import SEEDS, plan
 
 METHODS = ("madys", "mfl", "ea", "madys-es", "madys-plus", "open-loop")
 
@@ -40,7 +41,7 @@ def test_the_six_configurations_of_the_thesis_with_every_method(everything):
         assert one.algorithm.name == one.method
         assert one.algorithm.env.name == one.environment
         assert one.algorithm.env.config == PRESETS[one.environment]
-        steps = steps_of(one.environment)[one.method]
+        steps = methods_of(figures_of("all"))[one.environment, one.method]
         assert one.config == RunConfig(seeds=(2000, 2001, 2002, 2003, 2004), steps=steps)
         # Nothing but the length of a pre-training ever differs from the defaults.
         assert one.algorithm.config == algorithm_class(one.method)(one.algorithm.env).config
@@ -54,13 +55,15 @@ def test_a_figure_has_its_environments(everything):
     assert all(name.startswith("rover-t2") for name in names[0])
 
 
-def test_every_figure_is_in_one_set_and_every_preset_in_one_figure():
+def test_every_figure_is_in_one_set_and_every_preset_in_one_figure_and_beside_rivals():
     assert sorted(figure for figures in SETS.values() for figure in figures) == sorted(FIGURES)
-    shown = [environment for environments in FIGURES.values() for environment in environments]
+    shown = [name for figure, panels in FIGURES.items() for name in panels if figure not in SETS["rivals"]]
     # Without an order of types there is nothing to commit to; crews of unlike rovers are not compared yet.
     others = {"rover-t1-c3", "rover-t2-crew", "rover-t3-crew"}
     others |= {f"rover-p4-{coupling}-{paid}" for coupling in ("c1", "c3") for paid in ("value", "closest")}
-    assert sorted(shown) == sorted(STEPS) == sorted(set(names()) - others)
+    assert sorted(shown) == sorted(set(names()) - others)
+    dense = {f"{name}-dense" for figure in SETS["all"] for name in FIGURES[figure]}
+    assert set(environments()) == {*shown, *dense}
 
 
 def test_beyond_the_thesis_timetables_stand_alone_and_shared_beside_our_best_form():
@@ -71,9 +74,7 @@ def test_beyond_the_thesis_timetables_stand_alone_and_shared_beside_our_best_for
         selector = one.algorithm.config.selector
         assert (selector.reactive, selector.sharing) == expected[one.method], one.name
     # A timetable is given as long as a team that looks.
-    assert all(
-        len(set(steps_of(environment).values())) == 1 for environment in {one.environment for one in runs}
-    )
+    assert len({(one.environment, one.config.steps) for one in runs}) == len(runs) / 3
     budgets = {one.config.steps for one in plan(["looking", "splitting"])}
     assert budgets == {10_000_000, 15_000_000, 30_000_000}
     assert len({one.label for one in runs}) == 3, "legends must tell them apart"
@@ -89,6 +90,49 @@ def test_in_other_domains_every_method_lives_as_long():
     assert len(runs) == 6 * len(methods)
 
 
+@pytest.fixture(scope="module")
+def rivals():
+    return plan(figures_of("rivals"))
+
+
+def test_rivals_choose_among_the_same_skills_by_the_files_of_their_page(rivals):
+    forms = Path(__file__).parents[2] / "results" / "rivals" / "methods"
+    files = {path.stem for path in forms.glob("*.yaml")}
+    assert files == {"mappo-skills", "ippo-skills", "coma-skills", "liir-skills", "mappo-actions"}
+    for one in rivals:
+        env = one.algorithm.env
+        if one.method in files:
+            assert one.algorithm.config == algorithm_from_yaml(forms / f"{one.method}.yaml", env).config
+        else:
+            assert one.algorithm.config == algorithm_class(one.method)(env).config
+        if one.method.endswith("-skills"):
+            assert one.algorithm.choices() == env.skills and one.label.endswith(" over skills")
+    assert len({one.label for one in rivals}) == len({one.method for one in rivals}) == 9
+
+
+def test_ours_beside_rivals_are_the_runs_of_other_figures(rivals):
+    others = {one.name: one for one in plan(figures_of("all")) + plan(figures_of("frontier"))}
+    ours = [one for one in rivals if one.method in ("madys-plus", "madys") and "dense" not in one.environment]
+    assert len(ours) == 2 * 6 + 8
+    assert all(one.to_yaml() == others[one.name].to_yaml() for one in ours)
+
+
+def test_dense_pays_for_each_type_and_nothing_else_changes(rivals):
+    dense = {one.environment: one.algorithm.env for one in rivals if one.environment.endswith("-dense")}
+    assert len(dense) == 6
+    for name, env in dense.items():
+        sparse = PRESETS[name.removesuffix("-dense")]
+        assert sparse.team_reward == "binary"
+        assert env.config == dataclasses.replace(sparse, team_reward="fraction")
+
+
+def test_what_two_figures_show_is_trained_once():
+    both = plan(("fig-4.2", "rivals-thesis"))
+    names = [one.name for one in both]
+    assert len(names) == len(set(names))
+    assert set(names) == {one.name for figure in ("fig-4.2", "rivals-thesis") for one in plan([figure])}
+
+
 def test_the_thesis_form_has_a_feed_forward_network_for_each_agent(everything):
     for one in everything:
         if one.method in OF_THE_THESIS:
@@ -101,13 +145,14 @@ def test_an_unknown_figure_lists_what_there_is():
         figures_of("fig-4.4")
     line = str(caught.value)
     assert line.startswith("unknown figure 'fig-4.4'; valid, nearest first: fig-4.2, fig-4.3, ")
-    assert all(name in line for name in (*STEPS, *FIGURES, *SETS))
+    assert all(name in line for name in (*environments(), *FIGURES, *SETS))
 
 
 @pytest.mark.parametrize("environment", [name for figure in SETS["all"] for name in FIGURES[figure]])
 def test_an_environment_is_a_figure_of_its_own(environment, everything):
     """With the very runs that the thesis's figure has there."""
     alone = plan(figures_of(environment))
+    assert list(panels_of(environment)) == [environment]
     assert [one.method for one in alone] == list(METHODS)
     among_all = [one for one in everything if one.environment == environment]
     assert [one.to_yaml() for one in alone] == [one.to_yaml() for one in among_all]

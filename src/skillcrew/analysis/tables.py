@@ -50,7 +50,7 @@ def write_tables(folder: Path, entries: Sequence[Entry]) -> list[Path]:
     """Writes `table.md` and `table.csv` into a folder.
 
     Args:
-        entries: every method in every environment; the first method is what others are compared with.
+        entries: methods in environments; the first method is what others are compared with.
     """
     markdown, plain = folder / "table.md", folder / "table.csv"
     text = markdown_table(entries)
@@ -69,8 +69,8 @@ def markdown_table(entries: Sequence[Entry]) -> str:
     ]
     lines = ["| " + " | ".join(heading) + " |", "|" + len(heading) * "---|"]
     for entry in entries:
-        against = _find(entries, entry.environment, reference)
-        better = "" if entry is against else SUCCESS.range(_improvement([entry], [against]))
+        against = _beside(entries, entry, reference)
+        better = SUCCESS.range(_improvement([entry], [against])) if against else ""
         cells = [
             entry.environment,
             entry.method,
@@ -154,8 +154,8 @@ def _differences(entries: Sequence[Entry], reference: str) -> list[str]:
     ]
     lines = ["| " + " | ".join(heading) + " |", "|" + len(heading) * "---|"]
     for entry in entries:
-        against = _find(entries, entry.environment, reference)
-        if entry is not against:
+        against = _beside(entries, entry, reference)
+        if against:
             cells = [entry.environment, entry.method, *_difference(against, entry)]
             lines.append("| " + " | ".join(cells) + " |")
     return lines
@@ -180,11 +180,11 @@ def _over_all(entries: Sequence[Entry], reference: str) -> list[str]:
     environments = len({entry.environment for entry in entries})
     for method in dict.fromkeys(entry.method for entry in entries):
         mine = [entry for entry in entries if entry.method == method]
-        of_reference = [_find(entries, entry.environment, reference) for entry in mine]
+        pairs = [(entry, against) for entry in mine if (against := _beside(entries, entry, reference))]
         cells = [method if len(mine) == environments else f"{method} (in {len(mine)} of {environments})"]
         if score.bounded:
             cells.append(score.range(_middle(mine)))
-        cells.append("" if method == reference else SUCCESS.range(_improvement(mine, of_reference)))
+        cells.append(SUCCESS.range(_improvement(*zip(*pairs, strict=True))) if pairs else "")
         lines.append("| " + " | ".join(cells) + " |")
     return lines
 
@@ -201,8 +201,10 @@ def _improvement(entries: Sequence[Entry], others: Sequence[Entry]) -> Interval:
     )
 
 
-def _find(entries: Sequence[Entry], environment: str, method: str) -> Entry:
-    return next(entry for entry in entries if (entry.environment, entry.method) == (environment, method))
+def _beside(entries: Sequence[Entry], entry: Entry, reference: str) -> Entry | None:
+    """The reference method where another one was run; None if it was not, or is that method itself."""
+    same = (other for other in entries if other.environment == entry.environment)
+    return next((other for other in same if other.method == reference and other is not entry), None)
 
 
 def _steps(reached: Sequence[Reaching]) -> str:

@@ -50,6 +50,8 @@ class CompareOptions:
     """Who keeps a record of each run beside its own files: tensorboard, wandb or both (extra `tracking`)."""
     jobs: int | None = None
     """Runs side by side, each on its share of the cores. Default: one per core, or one on a GPU."""
+    so_far: bool = False
+    """Trains nothing: figures and tables of the runs that are finished."""
 
 
 def run(words: list[str]) -> int:
@@ -77,7 +79,10 @@ def run(words: list[str]) -> int:
         [ComparedFigure(env.name, title, (env.name,))],
     )
     out = options.out or Path("runs") / f"compare-{env.name}"
-    return run_side_by_side(comparison, out, options.jobs, ["compare", *words], trust=chosen.is_foreign)
+    again = ["compare", *words]
+    return run_side_by_side(
+        comparison, out, options.jobs, again, so_far=options.so_far, trust=chosen.is_foreign
+    )
 
 
 def _names(methods: str) -> list[str]:

@@ -9,11 +9,12 @@ from skillcrew.cli.options import parse_options
 from skillcrew.cli.present import take_places
 from skillcrew.cli.side_by_side import run_side_by_side
 from skillcrew.experiment import reproduction
+from skillcrew.experiment.figures import FIGURES, environments, figures_of
 
 
 def _environments() -> str:
     return textwrap.fill(
-        ", ".join(reproduction.STEPS),
+        ", ".join(environments()),
         104,
         initial_indent=8 * " ",
         subsequent_indent=8 * " ",
@@ -27,7 +28,8 @@ USAGE = (
     "                  the one before it, and timetables that sense nothing\n"
     "        frontier  more types, more rovers, and tasks that ask a team to look or to split\n"
     "        domains   search and rescue, and the warehouse: teams that choose while they look\n"
-    f"        or one of {', '.join(reproduction.FIGURES)}; or one environment of theirs:\n"
+    "        rivals    MAPPO, IPPO, COMA and LIIR over the same skills; MAPPO, MADDPG and MATD3 without\n"
+    f"        or one of {', '.join(FIGURES)}; or one environment of theirs:\n"
     f"{_environments()}\n\n"
     "Trains with the thesis's five seeds, and ends in figures, a table, and every run's configuration. Can\n"
     "be interrupted at any time: the same command goes on where it was."
@@ -49,6 +51,8 @@ class ReproduceOptions:
     """How many runs (5: seeds 0 to 4), or which (2000..2004); all in one program."""
     jobs: int | None = None
     """Runs side by side, each on its share of the cores. Default: one per core, or one on a GPU."""
+    so_far: bool = False
+    """Trains nothing: figures and tables of the runs that are finished."""
 
 
 def run(words: list[str]) -> int:
@@ -57,7 +61,8 @@ def run(words: list[str]) -> int:
     if places is None:
         parse_options(ReproduceOptions, ["--help"], ReproduceOptions(), ("reproduce", "FIGURE"), USAGE)
         return 0
-    figures = reproduction.figures_of(places[0])
+    figures = figures_of(places[0])
     options = parse_options(ReproduceOptions, words[1:], ReproduceOptions(), ("reproduce", places[0]), USAGE)
     comparison = reproduction.reproduction(figures, tuple(options.seeds), options.budget)
-    return run_side_by_side(comparison, options.out, options.jobs, ["reproduce", *words])
+    again = ["reproduce", *words]
+    return run_side_by_side(comparison, options.out, options.jobs, again, so_far=options.so_far)

@@ -24,12 +24,19 @@ STATUS_SECONDS = 60.0
 
 
 def run_side_by_side(
-    comparison: Comparison, out: Path, jobs: int | None, words: Sequence[str], trust: bool = False
+    comparison: Comparison,
+    out: Path,
+    jobs: int | None,
+    words: Sequence[str],
+    *,
+    so_far: bool = False,
+    trust: bool = False,
 ) -> int:
     """Trains what is missing in a folder, then writes figures and tables.
 
     Args:
         jobs: runs at a time; None for as many as there are cores and memory for.
+        so_far: whether to train nothing, and write what the finished runs say.
         words: the command line that goes on with it.
         trust: whether the command line named code of its own, such as the environment by its import path.
 
@@ -37,14 +44,17 @@ def run_side_by_side(
         The exit code: 0, or 130 if interrupted after saving.
 
     Raises:
-        UserError: not a number of jobs, a folder that holds something else, or a run that failed.
+        UserError: not a number of jobs, a folder that holds something else, a run that failed, or nothing
+            that is finished so far.
     """
     if jobs is not None and jobs < 1:
         raise UserError(f"--jobs {jobs}: give at least 1")
     folder = ComparisonFolder(out)
     folder.open(comparison.purpose, comparison.score)
     missing = [one for one in comparison.runs if not folder.is_done(one)]
-    if missing:
+    if so_far:
+        comparison = _finished(comparison, missing, out)
+    elif missing:
         at_once = _jobs_at_once(jobs, missing)
         again = f"`skillcrew {shlex.join(words)}`"
         if not _train(missing, folder, at_once, len(comparison.runs), again, trust):
@@ -52,6 +62,15 @@ def run_side_by_side(
     for path in write_results(folder, comparison):
         print(path)
     return 0
+
+
+def _finished(comparison: Comparison, missing: list[PlannedRun], out: Path) -> Comparison:
+    """What is done, where that is anything."""
+    done = [one for one in comparison.runs if one not in missing]
+    if not done:
+        raise UserError(f"--so-far: none of {len(missing)} runs is finished in {out}; train them without it")
+    print(f"{len(done)} of {len(comparison.runs)} runs are finished.", file=sys.stderr)
+    return comparison.only(done)
 
 
 def _train(

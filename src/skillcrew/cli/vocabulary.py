@@ -12,7 +12,7 @@ from skillcrew.algorithms.registry import ALGORITHMS, algorithm_class
 from skillcrew.cli.options import option_fields
 from skillcrew.envs.registry import Domain, domains
 from skillcrew.envs.registry import names_of as all_names_of
-from skillcrew.experiment import reproduction
+from skillcrew.experiment import figures
 from skillcrew.experiment.origin import Origin
 
 FOLDER, FILE, FLAG, LIST = "@folder", "@file", "@flag", "@list"
@@ -77,12 +77,11 @@ def _options_of(module: ModuleType) -> dict[str, Any]:
 
 
 def _words_at_places(offered: list[Domain]) -> dict[str, str]:
-    figures = [*reproduction.SETS, *reproduction.FIGURES, *reproduction.STEPS]
     return {
         "ALGORITHM": " ".join(ALGORITHMS),
         "METHODS": LIST + " ".join(ALGORITHMS),
         "ENVIRONMENT": " ".join(name for domain in offered for name in _names_of(domain)),
-        "FIGURE": " ".join(figures),
+        "FIGURE": " ".join((*figures.SETS, *figures.FIGURES, *figures.environments())),
         "RUN": FOLDER,
         "RUNS": FOLDER,
         "SHELL": " ".join(SHELLS),

@@ -79,6 +79,17 @@ class Comparison:
             )
         return first
 
+    def only(self, runs: Sequence[PlannedRun]) -> "Comparison":
+        """What some of the runs say by themselves."""
+        left = {one.environment for one in runs}
+        shown = [
+            dataclasses.replace(
+                figure, environments=tuple(name for name in figure.environments if name in left)
+            )
+            for figure in self.figures
+        ]
+        return Comparison(self.purpose, runs, [figure for figure in shown if figure.environments])
+
     def horizon(self, environment: str) -> int:
         """Environment steps per seed that all methods of an environment were given: the smallest budget."""
         return min(one.config.steps for one in self.runs if one.environment == environment)

@@ -134,7 +134,7 @@ def from_yaml(path: Path, env: Environment | None = None, trust: bool = False) -
     run = parse(RunConfig, sections["run"], f"{path}: run")
     if env is None:
         env = _environment(sections["environment"], f"{path}: environment", trust)
-    return _algorithm(sections["algorithm"], f"{path}: algorithm", env), run
+    return algorithm_of(sections["algorithm"], f"{path}: algorithm", env), run
 
 
 def algorithm_from_yaml(path: Path, env: Environment) -> Algorithm:
@@ -148,7 +148,7 @@ def algorithm_from_yaml(path: Path, env: Environment) -> Algorithm:
     sections = _sections(path)
     if "algorithm" not in sections:
         raise UserError(f"{path}: needs a section algorithm")
-    return _algorithm(sections["algorithm"], f"{path}: algorithm", env)
+    return algorithm_of(sections["algorithm"], f"{path}: algorithm", env)
 
 
 def _sections(path: Path) -> dict[str, Any]:
@@ -158,7 +158,15 @@ def _sections(path: Path) -> dict[str, Any]:
     return sections
 
 
-def _algorithm(section: Any, where: str, env: Environment) -> Algorithm:
+def algorithm_of(section: Any, where: str, env: Environment) -> Algorithm:
+    """Makes the algorithm that the section `algorithm` of a configuration file describes.
+
+    Args:
+        where: what an error calls the section.
+
+    Raises:
+        UserError: no name, or a field or value that is not valid.
+    """
     name, fields = _named(section, where)
     try:
         kind = algorithm_class(name).config_class
