@@ -2,6 +2,7 @@
 
 import dataclasses
 import textwrap
+from collections.abc import Iterable
 from pathlib import Path
 
 from skillcrew.cli.arguments import Seeds
@@ -12,14 +13,11 @@ from skillcrew.experiment import reproduction
 from skillcrew.experiment.figures import FIGURES, environments, figures_of
 
 
-def _environments() -> str:
-    return textwrap.fill(
-        ", ".join(environments()),
-        104,
-        initial_indent=8 * " ",
-        subsequent_indent=8 * " ",
-        break_on_hyphens=False,
-    )
+def _listed(start: str, names: Iterable[str], end: str = "") -> str:
+    """Names with commas between, in lines that are indented like what stands above them."""
+    text = f"{start}{', '.join(names)}{end}"
+    indent = 8 * " "
+    return textwrap.fill(text, 104, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False)
 
 
 USAGE = (
@@ -28,9 +26,10 @@ USAGE = (
     "                  the one before it, and timetables that sense nothing\n"
     "        frontier  more types, more rovers, and tasks that ask a team to look or to split\n"
     "        domains   search and rescue, and the warehouse: teams that choose while they look\n"
-    "        rivals    MAPPO, IPPO, COMA and LIIR over the same skills; MAPPO, MADDPG and MATD3 without\n"
-    f"        or one of {', '.join(FIGURES)}; or one environment of theirs:\n"
-    f"{_environments()}\n\n"
+    "        rivals    ours beside MAPPO, IPPO, COMA and LIIR over the same skills, and beside\n"
+    "                  MAPPO, MADDPG and MATD3 that choose none\n"
+    f"{_listed('or one of ', FIGURES, '; or one environment of theirs:')}\n"
+    f"{_listed('', environments())}\n\n"
     "Trains with the thesis's five seeds, and ends in figures, a table, and every run's configuration. Can\n"
     "be interrupted at any time: the same command goes on where it was."
 )
