@@ -20,14 +20,14 @@ def teams_of(key) -> ToyTeam:
     return jax.vmap(ToyTeam.create)(jax.random.split(key, TEAMS))
 
 
-def live_all(key, noise: float, recorded: Any = slice(None)) -> dict[str, Any]:
+def live_all(key, noise: float, recorded: Any = slice(None), living: Any = None) -> dict[str, Any]:
     """All teams in the same episodes; beside them one more team, in the first of these episodes."""
     key_teams, key_other, key_start, key = jax.random.split(key, 4)
     teams, other = teams_of(key_teams), ToyTeam.create(key_other)
     start = Start.draw(ENV, key_start, EPISODES)
     lineup = Lineup.of_teams(ToyTeam, teams.weights, TEAMS, start)
     lineup = lineup.beside(Lineup.of_team(other, start.first(OTHERS)))
-    episodes, lived = rollout(ENV, lineup, key, noise, recorded)
+    episodes, lived = rollout(ENV, lineup, key, noise, recorded, living)
     return {
         "lived": lived,
         "episodes": episodes,
@@ -117,6 +117,19 @@ def test_only_the_recorded_worlds_are_told_in_full_and_all_in_brief(quiet, recor
         values = getattr(told["episodes"], field)
         np.testing.assert_allclose(values, getattr(quiet["lived"], field), rtol=1e-5, atol=1e-5)
         assert values.shape == (LENGTH, TEAMS * EPISODES + OTHERS)
+
+
+def test_worlds_without_an_episode_count_no_step_and_change_no_other(quiet) -> None:
+    idle = [1, 7, TEAMS * EPISODES + 1]
+    living = np.ones(TEAMS * EPISODES + OTHERS, bool)
+    living[idle] = False
+    some = jax.jit(lambda key: live_all(key, 0.0, living=jnp.asarray(living)))(jax.random.key(0))
+    assert not np.asarray(some["lived"].mask)[:, idle].any()
+    assert not np.asarray(some["returns"])[idle].any()
+    for before, after in zip(jax.tree.leaves(quiet["lived"]), jax.tree.leaves(some["lived"]), strict=True):
+        np.testing.assert_array_equal(np.asarray(after)[:, living], np.asarray(before)[:, living])
+    steps = np.asarray(quiet["episodes"].mask)
+    assert some["episodes"].steps() == steps[:, living].sum() < steps.sum()
 
 
 def test_each_team_lives_as_it_does_alone(quiet) -> None:

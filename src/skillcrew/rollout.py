@@ -185,6 +185,7 @@ def rollout(
     key: Key[Array, ""],
     noise: Float[Array, ""] | float = 0.0,
     recorded: slice | np.ndarray = slice(None),
+    lived: Bool[Array, " worlds"] | None = None,
 ) -> tuple[Episodes, Trajectories]:
     """Lives one episode in each world.
 
@@ -194,6 +195,8 @@ def rollout(
             clipped to [-1, 1]; of discrete actions, how likely each is a random one. A literal 0 spares
             drawing it.
         recorded: which of the worlds to keep the whole story of; it takes some twenty times the memory.
+        lived: in which of the worlds there is an episode at all, None for all of them; no step of the others
+            counts.
 
     Returns:
         The episodes of all worlds, and the trajectories of the recorded ones.
@@ -230,7 +233,7 @@ def rollout(
         return (state, step.observation, memory, running, sound), (episodes, kept)
 
     yes = jnp.ones(worlds, bool)
-    carry = (start.state, start.observation, lineup.memory, yes, yes)
+    carry = (start.state, start.observation, lineup.memory, yes if lived is None else lived, yes)
     return jax.lax.scan(live_one_step, carry, jax.random.split(key, (env.episode_length, 3)))[1]
 
 

@@ -1,5 +1,6 @@
 """IPPO, MAPPO, COMA and LIIR as algorithms: what agents decide among, are paid, and learn."""
 
+import dataclasses
 import functools
 from typing import Any
 
@@ -79,7 +80,7 @@ def test_continuous_actions_are_learned_too(name: str) -> None:
 
 @functools.cache
 def choosing_skills() -> tuple[Any, dict, dict]:
-    """Agents that differ, each of which can use some of the skills, and what two generations make of them."""
+    """Agents that differ, each of which can use some of the skills, and three generations of them."""
     network = sc.NetworkConfig(hidden=(8,), input_scaling="none")
     algorithm = sc.MAPPO(
         Mixed(),
@@ -87,6 +88,7 @@ def choosing_skills() -> tuple[Any, dict, dict]:
         hold=3,
         episodes=4,
         probe_episodes=2,
+        plateau=sc.PlateauConfig(latest=2),
         updates=2,
         policy=SMALL,
         critic=SMALL,
@@ -103,7 +105,7 @@ def choosing_skills() -> tuple[Any, dict, dict]:
             "outputs": jax.vmap(lambda network: network(seen, jnp.zeros(0))[0])(team.policies),
         }
 
-    return algorithm, *trained(algorithm, 2, look)
+    return algorithm, *trained(algorithm, 3, look)
 
 
 def test_agents_choose_among_the_skills_of_their_type_and_keep_them() -> None:
@@ -116,9 +118,36 @@ def test_agents_choose_among_the_skills_of_their_type_and_keep_them() -> None:
         for agent in range(3):
             changes = np.flatnonzero(np.diff(choice[:, world, agent])) + 1
             assert (np.diff([0, *changes]) >= 3).all()
-    # 4 episodes of the team and 2 of each of 5 skills, of 12 steps: all count.
-    assert metrics["environment_steps"].tolist() == [14 * 12, 2 * 14 * 12]
+    # 4 episodes of the team and 2 of each of 5 skills, of 12 steps: all count. Then no skill learns any more.
+    assert metrics["environment_steps"].tolist() == [14 * 12, 2 * 14 * 12, (14 + 14 + 4) * 12]
     assert {"return_scout/left", "critic_loss_hauler/drop", "critic_loss", "policy_loss"} <= set(metrics)
+
+
+def test_skills_that_have_stopped_are_probed_no_more() -> None:
+    algorithm, _, metrics = choosing_skills()
+    agents, steps = algorithm.env.n_agents, metrics["environment_steps"]
+    # Nor is anything of them kept.
+    np.testing.assert_array_equal(metrics["transitions_held"], steps * agents)
+    for skill in SKILLS:
+        assert metrics[f"stopped_at_{skill}"].tolist() == [-1, 2, 2]
+        first, second, third = (float(value) for value in metrics[f"return_{skill}"])
+        # What stands is what had been measured, smoothed over generations.
+        kept = algorithm.config.plateau.smoothing
+        assert third == pytest.approx(kept * first + (1 - kept) * second, rel=1e-6)
+
+
+def test_a_skill_is_probed_as_long_as_it_learns() -> None:
+    """Not until all others have stopped."""
+    algorithm = sc.MAPPO(Toy(), choose="skills", episodes=4, probe_episodes=2)
+    state = jax.jit(algorithm.init)(jax.random.key(0))
+    stopped = jnp.where(jnp.arange(len(Toy().skills)) == 1, 3, -1)
+    skills = dataclasses.replace(
+        state.skills, plateau=dataclasses.replace(state.skills.plateau, stopped_at=stopped)
+    )
+    state = dataclasses.replace(state, skills=skills)
+    _, lived = jax.jit(algorithm._live)(state, *jax.random.split(jax.random.key(1)))
+    lives = np.asarray(lived.mask).any(0)
+    assert lives.tolist() == [True] * 4 + [index not in (2, 3) for index in range(2 * len(stopped))]
 
 
 def test_types_share_a_policy_each() -> None:

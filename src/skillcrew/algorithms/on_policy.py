@@ -127,7 +127,8 @@ class OnPolicyTeam:
         if self._skills and skills is not None:
             without_credit = trajectories.local_rewards[..., : len(self.env.skills)]
             for_skills = dataclasses.replace(trajectories, local_rewards=without_credit)
-            skills, returns = self._skills.learn(key_skills, skills, for_skills, generation)
+            probed = ~skills.plateau.stopped
+            skills, returns = self._skills.learn(key_skills, skills, for_skills, generation, probed=probed)
             measured = {**measured, **returns}
         steps = count_steps(state.environment_steps, lived.steps())
         of_team = own.team_return()
@@ -168,15 +169,19 @@ class OnPolicyTeam:
     def _live(
         self, state: OnPolicyTeamState, key_start: Key[Array, ""], key_rollout: Key[Array, ""]
     ) -> tuple[Episodes, Trajectories]:
-        """The team's own episodes and, in worlds after them, each skill by itself."""
+        """The team's own episodes and, in worlds after them, each skill by itself that still learns.
+
+        Else probes would be a quarter of all steps to the end, where they are nothing beside a population's.
+        """
         start = Start.draw(self._lived_in, key_start, self.config.episodes)
         explorers = self._team(state, self._learner.floor(state.learner), greedy=False)
         lineup = Lineup.of_team(explorers, start)
         if not self._skills or state.skills is None:
             return rollout(self._lived_in, lineup, key_rollout)
         lineup = lineup.beside(self._skills.probes(state.skills, start))
-        noise = self._skills.noise(~state.skills.plateau.stopped.all())
-        return rollout(self._lived_in, lineup, key_rollout, noise)
+        learning = ~state.skills.plateau.stopped
+        lived = jnp.append(jnp.ones(self.config.episodes, bool), self._skills.worlds_of(learning))
+        return rollout(self._lived_in, lineup, key_rollout, self._skills.noise(learning.any()), lived=lived)
 
     def _experience(self, lived: Trajectories) -> Experience:
         taken = self._taken(lived)

@@ -185,6 +185,10 @@ class SkillLearning:
             start.first(self.config.probe_episodes),
         )
 
+    def worlds_of(self, skills: Bool[Array, " skills"]) -> Bool[Array, " probe_worlds"]:
+        """The worlds in which some of the skills are probed."""
+        return jnp.repeat(skills, self.config.probe_episodes)
+
     def noise(self, learning: Bool[Array, ""]) -> Float[Array, ""]:
         """Exploration noise: it is there to learn from, and would only blur fitness after that."""
         return jnp.where(learning, self.config.exploration_noise, 0.0)
@@ -196,6 +200,7 @@ class SkillLearning:
         trajectories: Trajectories,
         generation: Int[Array, ""],
         frozen: Bool[Array, ""] | None = None,
+        probed: Bool[Array, " skills"] | None = None,
     ) -> tuple[SkillState, dict[str, Array]]:
         """Lines 16 to 22 of Algorithm 1: each skill learns, unless its return stopped improving.
 
@@ -203,6 +208,7 @@ class SkillLearning:
             trajectories: recorded worlds, those of the probes last.
             generation: counted from 1.
             frozen: whether all skills stop learning, whatever their returns.
+            probed: the skills whose probes were lived; what the others' last returned stands. None: all.
 
         Returns:
             The new state, and metrics of each skill.
@@ -215,6 +221,8 @@ class SkillLearning:
         returns = self._returns(
             trajectories.worlds(slice(trajectories.mask.shape[1] - self.probe_worlds, None))
         )
+        if probed is not None:
+            returns = jnp.where(probed, returns, state.plateau.smoothed)
         plateau = state.plateau.observe(returns, generation, self.config.plateau)
         if frozen is not None:
             plateau = plateau.stop_all(generation, frozen)
