@@ -85,7 +85,11 @@ class MLP(eqx.Module):
         return MLP(weights, (*self.biases[:-1], jnp.zeros_like(self.biases[-1])))
 
     def __call__(self, x: Float[Array, " inputs"]) -> Float[Array, " outputs"]:
-        *hidden, last = zip(self.weights, self.biases, strict=True)
-        for weight, bias in hidden:
-            x = jax.nn.relu(x @ weight + bias)
-        return x @ last[0] + last[1]
+        return self.beyond(x @ self.weights[0])
+
+    def beyond(self, sums: Float[Array, " units"]) -> Float[Array, " outputs"]:
+        """The outputs, of what the first layer's weights make of an input."""
+        x = sums + self.biases[0]
+        for weight, bias in zip(self.weights[1:], self.biases[1:], strict=True):
+            x = jax.nn.relu(x) @ weight + bias
+        return x

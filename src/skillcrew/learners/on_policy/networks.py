@@ -5,12 +5,14 @@ from typing import Literal
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Key
 
 from skillcrew.learners.on_policy.experience import Experience
 from skillcrew.learners.on_policy.unroll import unrolled
 from skillcrew.policies.distributions import Distribution
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, dealt_out
+from skillcrew.policies.network import MLP, scale_input
 from skillcrew.policies.orthogonal import begun_orthogonally
 from skillcrew.policies.stochastic import Options, StochasticPolicy
 
@@ -113,10 +115,31 @@ class Critics:
         extra: Float[Array, "time worlds agents extra"] | None = None,
     ) -> Float[Array, "time worlds agents outputs"]:
         """What they say at every step."""
+        networks = dealt_out(critics, self._players.types, self._config)
+        if self._view == "joint" and networks.unit is None and len(networks.network.weights[0]) == 1:
+            return self._of_one(jax.tree.map(lambda leaf: leaf[0], networks), observation, extra)
         seen = self._players.seen_by_critics(observation, self._view)
         if extra is not None:
             seen = jnp.concatenate([seen, extra], axis=-1)
-        return unrolled(dealt_out(critics, self._players.types, self._config), seen)
+        return unrolled(networks, seen)
+
+    def _of_one(
+        self, critic: MemoryNetwork, observation: Array, extra: Array | None
+    ) -> Float[Array, "time worlds agents outputs"]:
+        """Of one critic for all agents, who see the same but for whose value is asked.
+
+        Its first layer meets what they see in common once, not once for each agent.
+        """
+        assert isinstance(critic.network, MLP)
+        joint = scale_input(observation.reshape(*observation.shape[:2], -1), critic.input_scaling)
+        whose = scale_input(jnp.eye(self._players.n_agents), critic.input_scaling)
+        ends = np.cumsum([joint.shape[-1], len(whose)])
+        of_joint, of_whose, of_extra = jnp.split(critic.network.weights[0], ends)
+        sums = (joint @ of_joint)[:, :, None] + (whose @ of_whose)[None, None]
+        if extra is not None:
+            sums += scale_input(extra, critic.input_scaling) @ of_extra
+        outputs = jax.vmap(critic.network.beyond)(sums.reshape(-1, sums.shape[-1]))
+        return outputs.reshape(*sums.shape[:3], -1)
 
     def values(
         self,
