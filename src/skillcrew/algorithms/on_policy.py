@@ -171,7 +171,7 @@ class OnPolicyTeam:
     ) -> tuple[Episodes, Trajectories]:
         """The team's own episodes and, in worlds after them, each skill by itself that still learns.
 
-        Else probes would be a quarter of all steps to the end, where they are nothing beside a population's.
+        Else these would be a quarter of all steps to the end; beside a population they are a tenth.
         """
         start = Start.draw(self._lived_in, key_start, self.config.episodes)
         explorers = self._team(state, self._learner.floor(state.learner), greedy=False)
