@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
 
 from skillcrew.analysis.curves import CURVE_COLOURS, Curve, learning_curves, panels_of_curves
 from skillcrew.analysis.statistics import Band, mean_band
@@ -121,6 +121,24 @@ def test_panels_draw_each_environment_in_its_own():
         left, right = axes.get_xlim()
         assert left < first and last < right, "the border would hide half of a line"
         assert first / left < 1.2 and right / last < 1.2
+
+
+def test_a_method_has_one_colour_in_all_panels_and_the_legend_names_each_once():
+    panels = {
+        "one": [made_up_curve("MFL", 2)],
+        "two": [made_up_curve("MADyS", 3), made_up_curve("MFL", 4)],
+        "three": [made_up_curve("EA", 5), made_up_curve("MADyS", 6)],
+    }
+    figure = panels_of_curves(panels, "")
+    colours = dict(zip(("MFL", "MADyS", "EA"), CURVE_COLOURS, strict=False))
+    for panel, curves in enumerate(panels.values()):
+        drawn = [line.get_color() for line in lines(figure, "mean", panel)]
+        assert drawn == [colours[curve.label] for curve in curves]
+    (legend,) = figure.legends
+    named = zip(legend.get_texts(), legend.get_patches(), strict=True)
+    assert {text.get_text(): to_hex(patch.get_facecolor()) for text, patch in named} == {
+        label: to_hex(colour) for label, colour in colours.items()
+    }
 
 
 def between(first, last, pretrained_at=None):

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -60,7 +60,7 @@ def learning_curves(curves: Sequence[Curve], title: str) -> Figure:
         # Each entry of the legend takes its own height and none from the axes.
         figure = Figure(figsize=(6.4, 3.9 + 0.2 * len(curves)), layout=layout())
         axes = figure.subplots()
-        handles = _draw_panel(axes, curves)
+        handles = _draw_panel(axes, curves, range(len(curves)))
         _linear_steps(axes, curves)
         axes.set_title(title, fontsize=11)
         figure.legend(handles, [_curve_name(curve) for curve in curves], loc="outside lower center")
@@ -74,38 +74,44 @@ def panels_of_curves(panels: Mapping[str, Sequence[Curve]], title: str) -> Figur
     its edge.
 
     Args:
-        panels: by the title of each panel, the same labels in the same order in all of them. Means and
-            bands alone are drawn, no single seeds. Panels share their axis of scores if that has bounds.
+        panels: by the title of each panel; a label has one colour in all of them. Means and bands alone are
+            drawn, no single seeds. Panels share their axis of scores if that has bounds.
         title: stands above all panels.
     """
     with matplotlib.rc_context(STYLE):
         # Two entries fit under a panel, and each row of them takes its own height and none from the axes.
-        entries = len(next(iter(panels.values()))) + 1
-        rows = math.ceil(entries / (2 * len(panels)))
+        labels = list(dict.fromkeys(curve.label for curves in panels.values() for curve in curves))
+        rows = math.ceil((len(labels) + 1) / (2 * len(panels)))
         figure = Figure(figsize=(1.0 + 3.1 * len(panels), 3.5 + 0.2 * rows), layout=layout())
         shared = all(curve.score.bounded for curves in panels.values() for curve in curves)
+        handles: dict[str, Any] = {}
         row = figure.subplots(1, len(panels), sharey=shared, squeeze=False)[0]
         for axes, (name, curves) in zip(row, panels.items(), strict=True):
             bare = [dataclasses.replace(curve, per_seed=[]) for curve in curves]
-            handles = _draw_panel(axes, bare)
+            own = [curve.label for curve in curves]
+            handles |= dict(zip(own, _draw_panel(axes, bare, map(labels.index, own)), strict=True))
             _logarithmic_steps(axes, bare)
             axes.set_title(name)
             if axes is not row[0]:
                 axes.set_ylabel("")
-        labels = [curve.label for curve in next(iter(panels.values()))]
+        entries = [(handles[label], label) for label in labels]
         pretrained = [curve for curves in panels.values() for curve in curves if curve.pretrained_at]
         if pretrained:
-            handles = [*handles, Line2D([], [], color="#333333", linestyle=":", linewidth=1.2)]
-            labels.append(f"end of pre-training ({pretrained[0].label})")
+            dotted = Line2D([], [], color="#333333", linestyle=":", linewidth=1.2)
+            entries.append((dotted, f"end of pre-training ({pretrained[0].label})"))
         figure.suptitle(title)
-        columns = min(len(labels), 2 * len(panels))
-        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+        columns = min(len(entries), 2 * len(panels))
+        figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=columns)
     return figure
 
 
-def _draw_panel(axes: Axes, curves: Sequence[Curve]) -> list[Any]:
-    """Draws curves into axes but for the axis of steps, and returns what stands for each in a legend."""
-    handles: list[Any] = [_draw_curve(axes, index, curve) for index, curve in enumerate(curves)]
+def _draw_panel(axes: Axes, curves: Sequence[Curve], colours: Iterable[int]) -> list[Any]:
+    """Draws curves into axes but for the axis of steps, and returns what stands for each in a legend.
+
+    Args:
+        colours: of each curve, by its index.
+    """
+    handles = [_draw_curve(axes, index, curve) for index, curve in zip(colours, curves, strict=True)]
     score = curves[0].score
     axes.set_ylabel(f"Champion's {score.label} on fresh episodes")
     if score.bounded:
