@@ -1,6 +1,7 @@
 """`skillcrew reproduce` from its words to its results; a stub stands for the training of each run."""
 
 import csv
+import os
 import shlex
 import shutil
 
@@ -172,6 +173,8 @@ def test_so_far_nothing_is_trained_and_what_is_done_is_shown(trains, not_drawn, 
     assert one_line(capsys) == (
         "skillcrew: --so-far: none of 6 runs is finished in here; train them without it\n"
     )
+    assert call("fig-4.2", "--out", "nowhere", "--so-far") == 2
+    assert "finished in nowhere" in one_line(capsys) and not os.path.exists("nowhere")
 
 
 # What goes wrong

@@ -50,6 +50,8 @@ def run_side_by_side(
     if jobs is not None and jobs < 1:
         raise UserError(f"--jobs {jobs}: give at least 1")
     folder = ComparisonFolder(out)
+    if so_far and not folder.about.exists():
+        raise _nothing_so_far(comparison, out)
     folder.open(comparison.purpose, comparison.score)
     missing = [one for one in comparison.runs if not folder.is_done(one)]
     if so_far:
@@ -68,9 +70,15 @@ def _finished(comparison: Comparison, missing: list[PlannedRun], out: Path) -> C
     """What is done, where that is anything."""
     done = [one for one in comparison.runs if one not in missing]
     if not done:
-        raise UserError(f"--so-far: none of {len(missing)} runs is finished in {out}; train them without it")
+        raise _nothing_so_far(comparison, out)
     print(f"{len(done)} of {len(comparison.runs)} runs are finished.", file=sys.stderr)
     return comparison.only(done)
+
+
+def _nothing_so_far(comparison: Comparison, out: Path) -> UserError:
+    return UserError(
+        f"--so-far: none of {len(comparison.runs)} runs is finished in {out}; train them without it"
+    )
 
 
 def _train(
