@@ -1,5 +1,8 @@
 """Networks along whole episodes."""
 
+import functools
+
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -32,13 +35,38 @@ def _along(
     seen = scale_input(inputs, network.input_scaling)
     unit = network.unit
     if unit is not None:
-
-        def one_step(memory: Array, now: Array) -> tuple[Array, Array]:
-            memory = jax.vmap(unit)(now, memory)
-            return memory, memory
-
-        nothing = jnp.zeros((inputs.shape[1], unit.hidden_size), inputs.dtype)
-        seen = jnp.concatenate([seen, jax.lax.scan(one_step, nothing, seen)[1]], axis=-1)
+        seen = jnp.concatenate([seen, _memories(unit, seen)], axis=-1)
     # As the rows of one matrix: XLA is slower where a gradient sums over time and batch apart.
     outputs = jax.vmap(network.network)(seen.reshape(-1, seen.shape[-1]))
     return outputs.reshape(*seen.shape[:2], -1)
+
+
+def _memories(
+    unit: eqx.nn.GRUCell, seen: Float[Array, "time batch inputs"]
+) -> Float[Array, "time batch units"]:
+    """What the unit remembers after each step.
+
+    For the gradient a step is done again, not kept: to keep its gates takes longer, twice as long where the
+    batch is large.
+    """
+
+    @functools.partial(jax.checkpoint, prevent_cse=False)
+    def one_step(memory: Array, now: Array) -> tuple[Array, Array]:
+        memory = _remembered(unit, memory, now)
+        return memory, memory
+
+    nothing = jnp.zeros((unit.hidden_size, seen.shape[1]), seen.dtype)
+    return jax.lax.scan(one_step, nothing, seen.swapaxes(1, 2))[1].swapaxes(1, 2)
+
+
+def _remembered(
+    unit: eqx.nn.GRUCell, memory: Float[Array, "units batch"], seen: Float[Array, "inputs batch"]
+) -> Float[Array, "units batch"]:
+    """The unit's equations for a batch in columns, where nothing has to be transposed for its products."""
+    assert unit.bias is not None and unit.bias_n is not None
+    of_seen = jnp.split(unit.weight_ih @ seen + unit.bias[:, None], 3)
+    of_memory = jnp.split(unit.weight_hh @ memory, 3)
+    reset = jax.nn.sigmoid(of_seen[0] + of_memory[0])
+    keep = jax.nn.sigmoid(of_seen[1] + of_memory[1])
+    new = jnp.tanh(of_seen[2] + reset * (of_memory[2] + unit.bias_n[:, None]))
+    return new + keep * (memory - new)
