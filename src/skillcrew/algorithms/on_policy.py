@@ -98,6 +98,8 @@ class OnPolicyTeam:
         self.env = env
         self.config = override(self, config, overrides)
         self._skills = SkillLearning(env, self.config) if self.config.choose == "skills" else None
+        if self._skills:
+            self.label = f"{type(self).label} over skills"
         self._lived_in = credited(env, self.config.reward)
         self._reward = LearnedReward(self._lived_in, self.config.reward)
         self._options = self._decided_among()

@@ -24,7 +24,7 @@ _REMEMBERING = {"policy": {"hidden": [64], "memory": 32}}
 
 
 def _over_skills(name: str) -> Form:
-    return Form({"name": name, "choose": "skills", "hold": 5, **_REMEMBERING}, " over skills")
+    return Form({"name": name, "choose": "skills", "hold": 5, **_REMEMBERING})
 
 
 FORMS: Mapping[str, Form] = {
