@@ -1,23 +1,16 @@
 """JAX's operations in NumPy's words: those that policies are made of."""
 
 import string
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import jax
 import numpy as np
 
 from skillcrew.experiment.export.elementary import erf_inv, scattered
 from skillcrew.experiment.export.symbols import Bits, Known, Shaped, Symbol
+from skillcrew.experiment.export.trace import Operation, Params, Trace, Values
 from skillcrew.experiment.export.walking import walk
-
-if TYPE_CHECKING:
-    from skillcrew.experiment.export.tracing import Trace
-
-Values = Sequence[Any]
-Params = Mapping[str, Any]
-Operation = Callable[["Trace", Params, Values, Sequence[Shaped]], Values]
-"""An operation's outputs, by its parameters, its inputs, and the shapes of its outputs."""
 
 ALIKE = {
     "add": "add",
@@ -50,21 +43,21 @@ def _alike(word: str) -> Operation:
     return lambda trace, params, values, out: [trace.emit(word, values, out[0])]
 
 
-def _unchanged(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _unchanged(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     return values
 
 
-def _reshape(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _reshape(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     return [_in_shape(trace, values[0], out[0].shape)]
 
 
-def _in_shape(trace: "Trace", value: Symbol, shape: tuple[int, ...]) -> Symbol:
+def _in_shape(trace: Trace, value: Symbol, shape: tuple[int, ...]) -> Symbol:
     if value.shape == shape:
         return value
     return trace.emit("reshape", [value], jax.ShapeDtypeStruct(shape, value.dtype), list(shape))
 
 
-def _broadcast(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _broadcast(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     lengths = dict(zip(params["broadcast_dimensions"], values[0].shape, strict=True))
     placed = _in_shape(trace, values[0], tuple(lengths.get(axis, 1) for axis in range(len(out[0].shape))))
     if placed.shape == out[0].shape:
@@ -72,45 +65,45 @@ def _broadcast(trace: "Trace", params: Params, values: Values, out: Sequence[Sha
     return [trace.emit("broadcast_to", [placed], out[0], list(out[0].shape))]
 
 
-def _transpose(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _transpose(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     return [trace.emit("transpose", values, out[0], list(params["permutation"]))]
 
 
-def _cast(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _cast(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     if values[0].dtype == out[0].dtype:
         return values
     return [trace.emit("cast", values, out[0], str(out[0].dtype))]
 
 
-def _select(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _select(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     which, if_not, if_so = values
     return [trace.emit("where", [which, if_so, if_not], out[0])]
 
 
 def _reduce(word: str) -> Operation:
-    def reduce(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+    def reduce(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
         (axis,) = params["axes"]
         return [trace.emit(word, values, out[0], axis)]
 
     return reduce
 
 
-def _argmax(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _argmax(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     (axis,) = params["axes"]
     place = trace.emit("argmax", values, jax.ShapeDtypeStruct(out[0].shape, np.int32), axis)
     return [trace.emit("cast", [place], out[0], str(out[0].dtype))]
 
 
-def _concatenate(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _concatenate(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     return [trace.emit("concatenate", values, out[0], params["dimension"])]
 
 
-def _slice(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _slice(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     starts, ends = params["start_indices"], params["limit_indices"]
     return [trace.emit("slice", values, out[0], list(starts), list(ends))]
 
 
-def _split(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _split(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     axis, parts = params["axis"], []
     starts, ends = [0] * len(values[0].shape), list(values[0].shape)
     for size, shape in zip(params["sizes"], out, strict=True):
@@ -120,12 +113,12 @@ def _split(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]
     return parts
 
 
-def _pad(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _pad(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     widths = [[before, behind] for before, behind, _ in params["padding_config"]]
     return [trace.emit("pad", values[:1], out[0], widths)]
 
 
-def _dot(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _dot(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     (left, right), (left_batch, right_batch) = params["dimension_numbers"]
     letters = iter(string.ascii_lowercase)
     one = {axis: next(letters) for axis in range(len(values[0].shape))}
@@ -138,7 +131,7 @@ def _dot(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) 
     return [trace.emit("einsum", values, out[0], equation)]
 
 
-def _gather(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _gather(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     """Whole rows, by an index for each of the first axes."""
     whole, index = values
     of = params["dimension_numbers"]
@@ -151,19 +144,19 @@ def _gather(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped
     return [trace.emit("rows", [whole, index], out[0])]
 
 
-def _not_equal(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _not_equal(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     return [trace.emit("logical_not", [trace.emit("equal", values, out[0])], out[0])]
 
 
-def _is_finite(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _is_finite(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     return [trace.emit("less", [trace.emit("abs", values, values[0]), INFINITY], out[0])]
 
 
-def _log1p(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _log1p(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     return [trace.emit("log", [trace.emit("add", [values[0], ONE], out[0])], out[0])]
 
 
-def _logistic(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _logistic(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     """By tanh, which has no exponential that could overflow."""
     value = trace.emit("tanh", [trace.emit("multiply", [HALF, values[0]], out[0])], out[0])
     return [trace.emit("add", [HALF, trace.emit("multiply", [HALF, value], out[0])], out[0])]
@@ -172,19 +165,19 @@ def _logistic(trace: "Trace", params: Params, values: Values, out: Sequence[Shap
 def _by(function: Callable[..., Any]) -> Operation:
     """What is made of more elementary operations."""
 
-    def operate(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+    def operate(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
         like = [jax.ShapeDtypeStruct(value.shape, value.dtype) for value in values]
         return walk(jax.make_jaxpr(function)(*like), values, trace.operate)
 
     return operate
 
 
-def _bits_as_they_are(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _bits_as_they_are(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     """Of random bits, those that become digits; they stay what they stand for."""
     return [value for value in values if isinstance(value, Bits)]
 
 
-def _bits_as_numbers(trace: "Trace", params: Params, values: Values, out: Sequence[Shaped]) -> Values:
+def _bits_as_numbers(trace: Trace, params: Params, values: Values, out: Sequence[Shaped]) -> Values:
     """JAX draws numbers between 1 and 2, and then takes 1 away."""
     return [trace.emit("add", [values[0].uniform, ONE], out[0])]
 
