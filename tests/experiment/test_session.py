@@ -52,6 +52,18 @@ def test_its_time_is_up_after_so_many_seconds(clock):
     assert limited.rate(60) == pytest.approx(2.0)
 
 
+def test_speed_is_told_as_it_was_of_late(clock):
+    running = session.Session(1000)
+    told = []
+    # 10 steps a second for two minutes, then 40.
+    for clock.now, steps in ((20, 1200), (60, 1600), (120, 2200), (140, 3000), (180, 4600), (200, 5400)):
+        told.append(running.recent_rate(steps))
+    assert told[:3] == [10, 10, 10]
+    assert told[3:] == [pytest.approx((3000 - 1600) / 80), pytest.approx(40), pytest.approx(40)]
+    assert running.rate(5400) == 22, "of all its time"
+    assert running.recent_rate(3000) == 0, "it rolled back"
+
+
 def test_rows_are_written_for_those_who_watch_and_take_a_hundredth_of_the_time(clock):
     running = session.Session(0)
     clock.now = session.WATCHED_SECONDS - 0.1

@@ -159,7 +159,7 @@ class Runner:
                 self._log.add(metrics)
                 # Where its hanging up is the reason to stop, there is no terminal to report to.
                 if not interrupts.requested:
-                    self.reporter.update(metrics, session.rate(self._steps_lived(state)))
+                    self.reporter.update(metrics, session.recent_rate(self._steps_lived(state)))
                 stops = interrupts.requested or session.is_over()
                 if stops or self._done(state) or session.save_is_due(self.config.checkpoint_seconds):
                     self._save(state, metrics)

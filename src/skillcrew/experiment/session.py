@@ -1,5 +1,6 @@
 """One uninterrupted stretch of a run: its clock, and how much to live before looking up."""
 
+import collections
 import contextlib
 import time
 from collections.abc import Generator
@@ -14,6 +15,9 @@ WATCHED_SECONDS = 5.0
 WATCHED_SHARE = 0.01
 """Of the time, that such writing may take."""
 
+RECENT_SECONDS = 60.0
+"""For so long back speed is told: once skills have stopped learning, a run may be twice as fast."""
+
 
 class Session:
     """Clock of one uninterrupted stretch of a run.
@@ -26,6 +30,7 @@ class Session:
     def __init__(self, steps_before: int, most_seconds: float | None = None):
         self._began = self._saved = self._called = time.monotonic()
         self._steps_before = steps_before
+        self._marks = collections.deque([(self._began, steps_before)])
         self._most_seconds = most_seconds
         self._seconds_each: float | None = None
         self._wrote, self._writing = self._began, 0.0
@@ -37,6 +42,18 @@ class Session:
     def rate(self, steps: int) -> float:
         """Environment steps per second of all seeds together, so far."""
         return (steps - self._steps_before) / self.seconds()
+
+    def recent_rate(self, steps: int) -> float:
+        """The same over the last minute, or since it was last asked for before that.
+
+        At least 0: a run that has rolled back has fewer steps than before.
+        """
+        now = time.monotonic()
+        self._marks.append((now, steps))
+        while now - self._marks[1][0] >= RECENT_SECONDS:
+            self._marks.popleft()
+        began, before = self._marks[0]
+        return max(0.0, (steps - before) / (now - began))
 
     def is_over(self) -> bool:
         """Whether its time is up."""
