@@ -53,7 +53,6 @@ _FRONTIER = {
 _RIVALS = 2_000_000
 _STILL_RISING = {"rover-t3-c3": 5_000_000, "rover-t3-c3-drawn": 6_000_000}
 """How long proximal policies live where they are still rising after `_RIVALS`."""
-_ACTIONS = 1_000_000
 _ON_THE_FRONTIER = (
     *("rover-t4-c3", "rover-t3-c6", "rover-t2-c2-tight", "rover-t3-c3-tight", "rover-t3-c3-drawn"),
     *("rover-t4-c3-simultaneous", "rover-t2-c2-moving", "rover-t4-c3-breakdown"),
@@ -73,7 +72,7 @@ def _beside_the_thesis(environment: str) -> Methods:
     """Rivals with and without skills; ours are the runs of the thesis's figures."""
     steps = {method: steps for methods, steps in _THESIS[environment].items() for method in methods}
     ours = {(method,): steps[method] for method in ("madys-plus", "madys")}
-    return {**ours, **_over_skills(environment), ON_ACTIONS: _ACTIONS}
+    return {**ours, **_over_skills(environment), ON_ACTIONS: _RIVALS}
 
 
 FIGURES: Mapping[str, Mapping[str, Methods]] = {
@@ -98,7 +97,7 @@ FIGURES: Mapping[str, Mapping[str, Methods]] = {
         name: {("madys-plus",): _FRONTIER[name], **_over_skills(name)} for name in _ON_THE_FRONTIER
     },
     "rivals-dense": {
-        f"{name}{DENSE}": {("madys-plus", "madys", *OVER_SKILLS): _RIVALS, ON_ACTIONS: _ACTIONS}
+        f"{name}{DENSE}": {("madys-plus", "madys", *OVER_SKILLS, *ON_ACTIONS): _RIVALS}
         for name in (*TWO_TYPES, *THREE_TYPES)
     },
 }
