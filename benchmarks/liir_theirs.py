@@ -3,8 +3,8 @@
     python liir_theirs.py CHECKOUT GAME [OPTION=VALUE ...]     # by an interpreter that has torch and sacred
 
 It is of 2019. What its interpreter and libraries did then and do no more is brought back here, and nothing
-else: names that have moved, and optimisers whose steps PyTorch did not see as changes of what it is yet to
-differentiate.
+else: names that have moved, a configuration that a program may write to, and optimisers whose steps PyTorch
+did not see as changes of what it is yet to differentiate.
 """
 
 import collections

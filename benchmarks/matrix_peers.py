@@ -213,6 +213,8 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=PAGE, help="the page to write")
     options = parser.parse_args()
     peers = peers_of(options)
+    if not peers:
+        parser.error("nobody to stand beside: give --epymarl or --liir, or both")
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     lines, compiling = [], []
