@@ -64,6 +64,14 @@ def test_speed_is_told_as_it_was_of_late(clock):
     assert running.recent_rate(3000) == 0, "it rolled back"
 
 
+def test_it_is_the_speed_of_late_that_is_reported(counting, tmp_path, monkeypatch):
+    monkeypatch.setattr(session.Session, "recent_rate", lambda self, steps: 123.0)
+    reporter, told = InterruptAfter(10**9, None), []
+    reporter.update = lambda metrics, rate: told.append(rate)  # ty: ignore
+    sc.train(counting, 1, 20, tmp_path / "run", reporter=reporter, **OPTIONS)
+    assert set(told) == {123.0}
+
+
 def test_rows_are_written_for_those_who_watch_and_take_a_hundredth_of_the_time(clock):
     running = session.Session(0)
     clock.now = session.WATCHED_SECONDS - 0.1
