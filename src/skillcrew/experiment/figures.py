@@ -51,8 +51,8 @@ _FRONTIER = {
     "rover-t4-c3-breakdown": 10_000_000,
 }
 _RIVALS = 2_000_000
-_STILL_RISING = {"rover-t3-c3": 5_000_000, "rover-t3-c3-drawn": 6_000_000}
-"""How long proximal policies live where they are still rising after `_RIVALS`."""
+_PROXIMAL = {"rover-t3-c3": 5_000_000, "rover-t3-c3-drawn": 6_000_000}
+"""How long proximal policies live where `_RIVALS` does not show how they end."""
 _ON_THE_FRONTIER = (
     *("rover-t4-c3", "rover-t3-c6", "rover-t2-c2-tight", "rover-t3-c3-tight", "rover-t3-c3-drawn"),
     *("rover-t4-c3-simultaneous", "rover-t2-c2-moving", "rover-t4-c3-breakdown"),
@@ -64,8 +64,7 @@ def _frontier(*environments: str) -> Mapping[str, Methods]:
 
 
 def _over_skills(environment: str) -> Methods:
-    steps = _STILL_RISING.get(environment, _RIVALS)
-    return {OVER_SKILLS: _RIVALS} if steps == _RIVALS else {OVER_SKILLS[:2]: steps, OVER_SKILLS[2:]: _RIVALS}
+    return {OVER_SKILLS[:2]: _PROXIMAL.get(environment, _RIVALS), OVER_SKILLS[2:]: _RIVALS}
 
 
 def _beside_the_thesis(environment: str) -> Methods:
