@@ -85,6 +85,20 @@ def test_primitive_actions_are_drawn_too() -> None:
     assert choice.tolist() == [0] * AGENTS
 
 
+@pytest.mark.parametrize("log_deviation", [-9.0, -2.0, 0.0])
+@pytest.mark.parametrize("wanted", [0.5, 9.0, -1e4])
+def test_actions_at_the_border_are_about_as_probable_after_a_small_step(
+    wanted: float, log_deviation: float
+) -> None:
+    """However far beyond the border a policy aims; ratios of probabilities say nothing else."""
+    options = Options(1, continuous=True)
+    before = options.distribution(jnp.array([[wanted, log_deviation]]))
+    after = options.distribution(jnp.array([[1.001 * wanted, log_deviation]]))
+    taken = jax.vmap(before.sample)(jax.random.split(jax.random.key(3), 200))
+    ratio = jnp.exp(jax.vmap(after.log_probability)(taken) - jax.vmap(before.log_probability)(taken))
+    np.testing.assert_allclose(ratio, 1.0, atol=0.3)
+
+
 @pytest.mark.parametrize("steps", [2, 5])
 def test_a_new_choice_is_kept_so_long(steps: int) -> None:
     choices = lived(team(Options(SKILLS), hold=steps), 60)

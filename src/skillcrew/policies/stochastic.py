@@ -20,6 +20,10 @@ LAST_GAIN = 0.01
 LOG_DEVIATIONS = (-4.0, 1.0)
 """Between these; of a policy that is any surer, an action's probability says nothing any more."""
 
+LARGEST_MEAN = 3.0
+"""Of an action before tanh, where 0.995 is left of it. Beyond that 32 bits tell actions apart ever less, and then not
+at all: a policy that wants the most would be surer and surer of what it never sees."""
+
 UNAVAILABLE = -1e9
 """The logit of a choice that an agent does not have."""
 
@@ -50,6 +54,7 @@ class Options:
         """What agents draw from, by the outputs of their policies."""
         if self.continuous:
             mean, log_deviation = jnp.split(outputs, 2, axis=-1)
+            mean = LARGEST_MEAN * jnp.tanh(mean / LARGEST_MEAN)
             return SquashedNormal(mean, jnp.clip(log_deviation, *LOG_DEVIATIONS))
         mask = self.mask()
         if mask is None:
