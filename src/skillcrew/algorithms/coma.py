@@ -28,6 +28,10 @@ class COMAConfig(OnPolicyConfig):
         default_factory=lambda: PolicyConfig(hidden=(64,), memory=64, sharing="team")
     )
     """The agents' policies; with memory, as published."""
+    critic: PolicyConfig = dataclasses.field(
+        default_factory=lambda: PolicyConfig(hidden=(64, 64), memory=64, sharing="team")
+    )
+    """The critic; with memory as policies have, for no observation says what was done before."""
     coma: COMALearnerConfig = dataclasses.field(default_factory=COMALearnerConfig)
     """How policies and the critic learn."""
 

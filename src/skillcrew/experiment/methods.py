@@ -20,7 +20,7 @@ class Form:
     """What its label says beyond the algorithm's."""
 
 
-_REMEMBERING = {"policy": {"hidden": [64], "memory": 32}}
+_REMEMBERING = {"policy": {"hidden": [64], "memory": 32}, "critic": {"memory": 32}}
 
 
 def _over_skills(name: str) -> Form:
@@ -33,7 +33,7 @@ FORMS: Mapping[str, Form] = {
     "mappo-actions": Form({"name": "mappo", **_REMEMBERING}),
 }
 """The others are called by their algorithms' names. Choices among skills are kept for five steps, by policies
-with memory: of four forms of MAPPO the best on seeds that no table has."""
+and critics with memory: of the forms of MAPPO that were tried the best on seeds that no table has."""
 
 
 def make_method(method: str, env: Environment) -> tuple[Algorithm, str]:

@@ -14,7 +14,7 @@ from skillcrew.learners.on_policy.config import OnPolicyLearnerConfig
 from skillcrew.learners.on_policy.experience import Experience, each_minibatch, mean_where
 from skillcrew.learners.on_policy.networks import Critics, Players, Policies
 from skillcrew.learners.on_policy.optimiser import clipped_adam
-from skillcrew.learners.on_policy.returns import paid_apart, returns, standardised
+from skillcrew.learners.on_policy.returns import paid_apart, returns, share_paid, standardised
 from skillcrew.learners.on_policy.value_scale import ValueScale
 from skillcrew.policies.distributions import Categorical, with_floor
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
@@ -194,10 +194,11 @@ class COMA:
             distribution = self._distribution(policies, experience.observation[:-1], floor)
             probabilities = jax.lax.stop_gradient(distribution.probabilities())
             advantage = counterfactual_advantage(values, probabilities, experience.taken)
-            scaled = standardised(advantage, experience.decides, apart)
+            counts = experience.decides
+            scaled = standardised(advantage, counts) * share_paid(advantage, counts, apart)
             gained = distribution.log_probability(experience.taken) * scaled
-            spread = mean_where(distribution.entropy(), experience.decides)
-            return -mean_where(gained, experience.decides) - self.config.entropy * spread, spread
+            spread = mean_where(distribution.entropy(), counts)
+            return -mean_where(gained, counts) - self.config.entropy * spread, spread
 
         (loss, entropy), gradient = jax.value_and_grad(loss_of, has_aux=True)(state.policies)
         step, optimiser = self._optimiser.update(gradient, state.policy_optimiser)

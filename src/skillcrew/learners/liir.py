@@ -18,7 +18,7 @@ from skillcrew.learners.on_policy.config import OnPolicyLearnerConfig
 from skillcrew.learners.on_policy.experience import Experience, each_minibatch, mean_where
 from skillcrew.learners.on_policy.networks import Critics, Players, Policies
 from skillcrew.learners.on_policy.optimiser import clipped_adam, differentiable_adam
-from skillcrew.learners.on_policy.returns import advantages, paid_apart, standardised
+from skillcrew.learners.on_policy.returns import advantages, paid_apart, share_paid, standardised
 from skillcrew.learners.on_policy.value_scale import ValueScale
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.stochastic import StochasticPolicy
@@ -65,6 +65,9 @@ class _Lived(eqx.Module):
     log_probability: Float[Array, "time worlds agents"]
     proxy_value: Float[Array, "later worlds agents"]
     team_advantage: Float[Array, "time worlds agents"]
+    share: Float[Array, "time worlds agents"]
+    """How much of advantages to follow, of both kinds and all alike: until the team is paid, what is learned
+    for agents is noise."""
     team_target: Float[Array, "time worlds agents"]
     """On the scale of what critics say, as the next."""
     proxy_target: Float[Array, "time worlds agents"]
@@ -155,9 +158,8 @@ class LIIR:
         """
         experience = lived.experience
         reward = experience.reward + self.config.weight * self.intrinsic_reward(intrinsic, experience)
-        advantage = self._standardised(
-            self._advantages(reward, lived.proxy_value, experience), reward, experience
-        )
+        proxy = self._advantages(reward, lived.proxy_value, experience)
+        advantage = standardised(proxy, experience.decides) * lived.share
 
         def loss_of(policies: StochasticPolicy) -> tuple[Array, Array]:
             log_probability, entropy = self._policies.of_taken(policies, experience)
@@ -188,6 +190,9 @@ class LIIR:
         reward = experience.reward + self.config.weight * self.intrinsic_reward(state.intrinsic, experience)
         proxy_target = self._advantages(reward, proxy_value, experience) + proxy_value[:-1]
         team_target = team_advantage + team_value[:-1]
+        counts = experience.decides
+        apart = paid_apart(experience.reward, experience.mask, counts, self.config.discount)
+        share = jnp.broadcast_to(share_paid(team_advantage, counts, apart), team_advantage.shape)
         if self.config.normalise_values:
             state = dataclasses.replace(
                 state,
@@ -198,7 +203,8 @@ class LIIR:
             experience,
             self._policies.of_taken(state.policies, experience)[0],
             proxy_value,
-            self._standardised(team_advantage, experience.reward, experience),
+            standardised(team_advantage, counts) * share,
+            share,
             state.team_scale.normalised(team_target),
             state.proxy_scale.normalised(proxy_target),
         )
@@ -207,12 +213,6 @@ class LIIR:
         config = self.config
         return advantages(
             reward, value, experience.terminated, experience.mask, config.discount, config.trace
-        )
-
-    def _standardised(self, advantage: Array, reward: Array, experience: Experience) -> Array:
-        counts = experience.decides
-        return standardised(
-            advantage, counts, paid_apart(reward, experience.mask, counts, self.config.discount)
         )
 
     def _both_levels(self, state: LIIRState, lived: _Lived) -> tuple[LIIRState, dict[str, Array]]:

@@ -18,7 +18,7 @@ from skillcrew.learners.on_policy.config import OnPolicyLearnerConfig
 from skillcrew.learners.on_policy.experience import Experience, each_minibatch, mean_where
 from skillcrew.learners.on_policy.networks import Critics, Players, Policies, View
 from skillcrew.learners.on_policy.optimiser import clipped_adam
-from skillcrew.learners.on_policy.returns import advantages, paid_apart, standardised
+from skillcrew.learners.on_policy.returns import advantages, paid_apart, share_paid, standardised
 from skillcrew.learners.on_policy.value_scale import ValueScale
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig
 from skillcrew.policies.stochastic import StochasticPolicy
@@ -122,13 +122,14 @@ class PPO:
         target = advantage + value[:-1]
         if config.normalise_values:
             state = dataclasses.replace(state, scale=state.scale.observe(target, experience.mask))
-        apart = paid_apart(experience.reward, experience.mask, experience.decides, config.discount)
+        counts = experience.decides
+        apart = paid_apart(experience.reward, experience.mask, counts, config.discount)
         lived = _Lived(
             experience,
             self._policies.of_taken(state.policies, experience)[0],
             # On the scale of now, so that the bound of `value_clip` is one on what critics learn.
             state.scale.normalised(value[:-1]),
-            standardised(advantage, experience.decides, apart),
+            standardised(advantage, counts) * share_paid(advantage, counts, apart),
             state.scale.normalised(target),
         )
         return state, lived

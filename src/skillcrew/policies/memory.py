@@ -57,14 +57,23 @@ class MemoryNetwork(eqx.Module):
 
     @classmethod
     def create(
-        cls, key: Key[Array, ""], observation_size: int, outputs: int, config: PolicyConfig
+        cls,
+        key: Key[Array, ""],
+        observation_size: int,
+        outputs: int,
+        config: PolicyConfig,
+        remembered_size: int | None = None,
     ) -> "MemoryNetwork":
-        """Draws a network; the recurrent unit's weights are uniform, as Equinox draws them."""
+        """Draws a network; the recurrent unit's weights are uniform, as Equinox draws them.
+
+        Args:
+            remembered_size: length of what the recurrent unit sees, where that is something else.
+        """
         sizes = (observation_size + config.memory, *config.hidden, outputs)
         if not config.memory:
             return cls(MLP.create(key, sizes), None, config.scaling)
         key_network, key_unit = jax.random.split(key)
-        unit = eqx.nn.GRUCell(observation_size, config.memory, key=key_unit)
+        unit = eqx.nn.GRUCell(remembered_size or observation_size, config.memory, key=key_unit)
         return cls(MLP.create(key_network, sizes), unit, config.scaling)
 
     @classmethod

@@ -21,8 +21,8 @@ LOG_DEVIATIONS = (-4.0, 1.0)
 """Between these; of a policy that is any surer, an action's probability says nothing any more."""
 
 LARGEST_MEAN = 3.0
-"""Of an action before tanh, where 0.995 is left of it. Beyond that 32 bits tell actions apart ever less, and then not
-at all: a policy that wants the most would be surer and surer of what it never sees."""
+"""Of an action before tanh, which leaves 0.995 of it. Beyond that 32 bits tell actions apart ever less, then
+not at all: a policy that wants the most would be surer and surer of what it never sees."""
 
 UNAVAILABLE = -1e9
 """The logit of a choice that an agent does not have."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from oracles import on_policy as oracle
-from skillcrew.learners.on_policy.returns import advantages, paid_apart, returns, standardised
+from skillcrew.learners.on_policy.returns import advantages, paid_apart, returns, share_paid, standardised
 
 
 def of(function, seed: int, discount: float, trace: float, padding: float = oracle.PADDING) -> np.ndarray:
@@ -40,12 +40,11 @@ def test_what_stands_in_padding_is_not_looked_at() -> None:
 def test_standardised_advantages_have_mean_0_and_deviation_1_where_they_count() -> None:
     counts = oracle.lived(2).decides
     values = jnp.asarray(oracle.values(2)[:-1]) * 5 + 3
-    much = jnp.array(100.0)
-    found = np.asarray(standardised(values, counts, much))[np.asarray(counts)]
+    found = np.asarray(standardised(values, counts))[np.asarray(counts)]
     np.testing.assert_allclose([found.mean(), found.std()], [0, 1], atol=1e-5)
     # Where all are alike, there is nothing to tell apart; where none counts, nothing is infinite.
-    assert not standardised(jnp.full_like(values, 7.0), counts, much).any()
-    assert jnp.isfinite(standardised(values, jnp.zeros_like(counts), much)).all()
+    assert not standardised(jnp.full_like(values, 7.0), counts).any()
+    assert jnp.isfinite(standardised(values, jnp.zeros_like(counts))).all()
 
 
 def test_advantages_that_differ_by_more_than_what_was_paid_count_for_so_much_less() -> None:
@@ -53,8 +52,10 @@ def test_advantages_that_differ_by_more_than_what_was_paid_count_for_so_much_les
     values = jnp.asarray(oracle.values(2)[:-1])
     deviation = np.asarray(values)[np.asarray(counts)].std()
     for apart in (0.0, 0.1, 0.4):
-        found = np.asarray(standardised(values, counts, jnp.array(apart)))[np.asarray(counts)]
-        np.testing.assert_allclose(found.std(), apart / deviation, atol=1e-5)
+        share = share_paid(values, counts, jnp.array(apart))
+        np.testing.assert_allclose(share, apart / deviation, atol=1e-5)
+    assert share_paid(values, counts, jnp.array(2 * deviation)) == 1
+    assert share_paid(jnp.zeros_like(values), counts, jnp.array(0.0)) < 1e-6
 
 
 @pytest.mark.parametrize("discount", [1.0, 0.9])

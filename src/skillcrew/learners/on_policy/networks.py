@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, Key
 
 from skillcrew.learners.on_policy.experience import Experience
-from skillcrew.learners.on_policy.unroll import unrolled
+from skillcrew.learners.on_policy.unroll import memories, unrolled
 from skillcrew.policies.distributions import Distribution
 from skillcrew.policies.memory import MemoryNetwork, PolicyConfig, dealt_out
 from skillcrew.policies.network import MLP, scale_input
@@ -87,6 +87,9 @@ class Policies:
 class Critics:
     """A team's critics along whole episodes.
 
+    Those that see all agents and have memory remember what all saw, whosever value is asked and whatever they
+    see beside it: of that there is one memory, not one for each agent.
+
     Args:
         extra: numbers that they see beside the view.
         outputs: numbers that they give for each agent.
@@ -97,13 +100,14 @@ class Critics:
         self._config = config
         self._view: View = view
         self._sizes = (players.seen_size(view) + extra, outputs)
+        self._remembered = players.n_agents * players.observation_size if view == "joint" else None
 
     def create(self, key: Key[Array, ""]) -> MemoryNetwork:
         """Draws them; leaves have a leading axis of networks."""
 
         def one(key: Key[Array, ""]) -> MemoryNetwork:
             key_draw, key_weights = jax.random.split(key)
-            network = MemoryNetwork.create(key_draw, *self._sizes, self._config)
+            network = MemoryNetwork.create(key_draw, *self._sizes, self._config, self._remembered)
             return begun_orthogonally(key_weights, network, last_gain=1.0)
 
         return jax.vmap(one)(jax.random.split(key, self._players.networks(self._config)))
@@ -116,26 +120,34 @@ class Critics:
     ) -> Float[Array, "time worlds agents outputs"]:
         """What they say at every step."""
         networks = dealt_out(critics, self._players.types, self._config)
-        if self._view == "joint" and networks.unit is None and len(networks.network.weights[0]) == 1:
-            return self._of_one(jax.tree.map(lambda leaf: leaf[0], networks), observation, extra)
+        joint = observation.reshape(*observation.shape[:2], -1) if self._view == "joint" else None
+        if joint is not None and len(networks.network.weights[0]) == 1:
+            return self._of_one(jax.tree.map(lambda leaf: leaf[0], networks), joint, extra)
         seen = self._players.seen_by_critics(observation, self._view)
         if extra is not None:
             seen = jnp.concatenate([seen, extra], axis=-1)
-        return unrolled(networks, seen)
+        return unrolled(networks, seen, joint)
 
     def _of_one(
-        self, critic: MemoryNetwork, observation: Array, extra: Array | None
+        self,
+        critic: MemoryNetwork,
+        joint: Float[Array, "time worlds joint"],
+        extra: Float[Array, "time worlds agents extra"] | None,
     ) -> Float[Array, "time worlds agents outputs"]:
-        """Of one critic for all agents, who see the same but for whose value is asked.
+        """Of one critic for all agents, who see and remember the same but for whose value is asked.
 
-        Its first layer meets what they see in common once, not once for each agent.
+        Its first layer meets what they have in common once, not once for each agent.
         """
         assert isinstance(critic.network, MLP)
-        joint = scale_input(observation.reshape(*observation.shape[:2], -1), critic.input_scaling)
+        scaled = scale_input(joint, critic.input_scaling)
         whose = scale_input(jnp.eye(self._players.n_agents), critic.input_scaling)
-        ends = np.cumsum([joint.shape[-1], len(whose)])
-        of_joint, of_whose, of_extra = jnp.split(critic.network.weights[0], ends)
-        sums = (joint @ of_joint)[:, :, None] + (whose @ of_whose)[None, None]
+        beside = 0 if extra is None else extra.shape[-1]
+        ends = np.cumsum([joint.shape[-1], len(whose), beside])
+        of_joint, of_whose, of_extra, of_memory = jnp.split(critic.network.weights[0], ends)
+        common = scaled @ of_joint
+        if critic.unit is not None:
+            common += memories(critic, joint) @ of_memory
+        sums = common[:, :, None] + (whose @ of_whose)[None, None]
         if extra is not None:
             sums += scale_input(extra, critic.input_scaling) @ of_extra
         outputs = jax.vmap(critic.network.beyond)(sums.reshape(-1, sums.shape[-1]))

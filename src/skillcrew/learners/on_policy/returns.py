@@ -66,21 +66,32 @@ def paid_apart(
 
 
 def standardised(
+    values: Float[Array, "time worlds agents"], counts: Bool[Array, "time worlds agents"]
+) -> Float[Array, "time worlds agents"]:
+    """Advantages less their mean and over their deviation.
+
+    Args:
+        counts: which of them count.
+    """
+    centred, deviation = _centred(values, counts)
+    return centred / deviation
+
+
+def share_paid(
     values: Float[Array, "time worlds agents"],
     counts: Bool[Array, "time worlds agents"],
     apart: Float[Array, ""],
-) -> Float[Array, "time worlds agents"]:
-    """Advantages less their mean and over their deviation, or less than that where less was paid.
+) -> Float[Array, ""]:
+    """How much of standardised advantages to follow: all, or less where less was paid than they deviate by.
 
     Where nobody was paid anything, all that advantages differ by is their critic's error. Brought to
     deviation 1 it would make policies sure of something before they know anything.
 
     Args:
-        counts: which of them count.
-        apart: see `paid_apart`; where advantages deviate by more, so much less is left of them.
+        values: before they are standardised.
+        apart: see `paid_apart`.
     """
-    centred, deviation = _centred(values, counts)
-    return centred / deviation * jnp.minimum(apart / deviation, 1.0)
+    return jnp.minimum(apart / _centred(values, counts)[1], 1.0)
 
 
 def _centred(

@@ -12,7 +12,9 @@ from skillcrew.policies.network import scale_input
 
 
 def unrolled(
-    networks: MemoryNetwork, inputs: Float[Array, "time worlds agents inputs"]
+    networks: MemoryNetwork,
+    inputs: Float[Array, "time worlds agents inputs"],
+    by_all: Float[Array, "time worlds joint"] | None = None,
 ) -> Float[Array, "time worlds agents outputs"]:
     """The outputs at every step of episodes that all begin at the first one.
 
@@ -20,22 +22,33 @@ def unrolled(
 
     Args:
         networks: leaves have a leading axis: one for each agent, or a single one that all share.
+        by_all: what networks, one for each agent, remember instead of their inputs: what all agents see.
     """
     time, worlds, agents, _ = inputs.shape
-    if jax.tree.leaves(networks)[0].shape[0] == 1:
+    if by_all is None and jax.tree.leaves(networks)[0].shape[0] == 1:
         shared = jax.tree.map(lambda leaf: leaf[0], networks)
-        outputs = _along(shared, inputs.reshape(time, worlds * agents, -1))
+        outputs = _along(shared, inputs.reshape(time, worlds * agents, -1), None)
         return outputs.reshape(time, worlds, agents, -1)
-    return jax.vmap(_along, in_axes=(0, 2), out_axes=2)(networks, inputs)
+    return jax.vmap(_along, in_axes=(0, 2, None), out_axes=2)(networks, inputs, by_all)
+
+
+def memories(
+    network: MemoryNetwork, inputs: Float[Array, "time batch inputs"]
+) -> Float[Array, "time batch units"]:
+    """What a network remembers after each step of what it sees; only of one with memory."""
+    assert network.unit is not None
+    return _memories(network.unit, scale_input(inputs, network.input_scaling))
 
 
 def _along(
-    network: MemoryNetwork, inputs: Float[Array, "time batch inputs"]
+    network: MemoryNetwork,
+    inputs: Float[Array, "time batch inputs"],
+    by_all: Float[Array, "time batch joint"] | None,
 ) -> Float[Array, "time batch outputs"]:
     seen = scale_input(inputs, network.input_scaling)
-    unit = network.unit
-    if unit is not None:
-        seen = jnp.concatenate([seen, _memories(unit, seen)], axis=-1)
+    if network.unit is not None:
+        remembered = memories(network, inputs if by_all is None else by_all)
+        seen = jnp.concatenate([seen, remembered], axis=-1)
     # As the rows of one matrix: XLA is slower where a gradient sums over time and batch apart.
     outputs = jax.vmap(network.network)(seen.reshape(-1, seen.shape[-1]))
     return outputs.reshape(*seen.shape[:2], -1)
