@@ -23,13 +23,15 @@ class Form:
 _REMEMBERING = {"policy": {"hidden": [64], "memory": 32}, "critic": {"memory": 32}}
 
 
-def _over_skills(name: str) -> Form:
-    return Form({"name": name, "choose": "skills", "hold": 5, **_REMEMBERING})
+def _over_skills(name: str, **fields: Any) -> Form:
+    return Form({"name": name, "choose": "skills", "hold": 5, **_REMEMBERING, **fields})
 
 
 FORMS: Mapping[str, Form] = {
     "open-loop-team": Form({"name": "open-loop", "selector": {"sharing": "team"}}, ", shared"),
-    **{f"{name}-skills": _over_skills(name) for name in ("mappo", "ippo", "coma", "liir")},
+    **{f"{name}-skills": _over_skills(name) for name in ("mappo", "ippo", "coma")},
+    # Published for returns of about 20; these are of 1 at most.
+    "liir-skills": _over_skills("liir", liir={"weight": 0.001}),
     "mappo-actions": Form({"name": "mappo", **_REMEMBERING}),
 }
 """The others are called by their algorithms' names. Choices among skills are kept for five steps, by policies
