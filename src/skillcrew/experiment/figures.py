@@ -51,7 +51,7 @@ _FRONTIER = {
     "rover-t4-c3-breakdown": 10_000_000,
 }
 _RIVALS = 2_000_000
-_PROXIMAL = {"rover-t3-c3": 5_000_000, "rover-t3-c3-drawn": 3_000_000}
+_PROXIMAL = {"rover-t3-c3": 3_000_000, "rover-t3-c3-drawn": 3_000_000}
 """How long proximal policies live where `_RIVALS` does not show how they end."""
 _ON_THE_FRONTIER = (
     *("rover-t4-c3", "rover-t3-c6", "rover-t2-c2-tight", "rover-t3-c3-tight", "rover-t3-c3-drawn"),
