@@ -31,7 +31,7 @@ class COMAConfig(OnPolicyConfig):
     critic: PolicyConfig = dataclasses.field(
         default_factory=lambda: PolicyConfig(hidden=(64, 64), memory=64, sharing="team")
     )
-    """The critic; with memory as policies have, for no observation says what was done before."""
+    """The critic; with memory as policies have, since what is observed may not tell what was done before."""
     coma: COMALearnerConfig = dataclasses.field(default_factory=COMALearnerConfig)
     """How policies and the critic learn."""
 

@@ -49,8 +49,8 @@ class OnPolicyConfig(SkillConfig):
     policy: PolicyConfig = dataclasses.field(default_factory=_shared)
     """The agents' policies."""
     critic: PolicyConfig = dataclasses.field(default_factory=_shared)
-    """The critics. Give them memory where policies have it: of one that cannot tell what was done before
-    policies learn to forget it."""
+    """The critics. Give them memory where policies have it: a critic that cannot tell what was done before
+    misleads policies that can."""
     greedy: bool = False
     """Whether the champion takes the most probable action, instead of drawing one as it did to learn."""
 
